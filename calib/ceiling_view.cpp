@@ -75,11 +75,9 @@ CeilingView::CeilingView(const MountedCamera& up, double ceiling_height_m) {
   T_base_view_ = T_base_cam * Pose2{offset.x(), offset.y(), 0};
   const VirtualCamera camera(up, R_base_view, frame);
   table_ = camera.MakeTable();
-  if (up.readout_time_s != 0) {
-    readout_time_s_ = up.readout_time_s;
-    shutter_ = std::make_shared<const RollingShutter>(camera, up.readout_time_s);
-    if (table_.empty()) table_ = Identity(size_);
-  }
+  readout_time_s_ = up.readout_time_s;
+  shutter_ = std::make_shared<const RollingShutter>(camera, up.readout_time_s);
+  if (HasRollingShutter() && table_.empty()) table_ = Identity(size_);
   if (table_.empty()) return;
   mask_ = table_.Mask();
   if (cv::countNonZero(mask_) == size_.area()) mask_.release();
@@ -121,13 +119,21 @@ const cv::Mat& CeilingView::Rectify(const cv::Mat& raw,
                                     cv::Mat& buffer,
                                     const Twist2& velocity) const {
   const bool still = velocity.linear_m_s.isZero(0) && velocity.yaw_rad_s == 0;
-  if (!shutter_ || still) return RectifyBy(table_, raw_size_, raw, buffer);
+  if (!HasRollingShutter() || still) return RectifyBy(table_, raw_size_, raw, buffer);
   CheckRaw(raw, raw_size_);
   const cv::Mat source = raw;  // keeps the pixels when raw and buffer are the same
   if (buffer.data == source.data) buffer.release();
   const ImageFlow flow = FlowOf(velocity, T_base_view_, m_per_px_);
   table_.Apply(source, shutter_->ShiftBy(flow), buffer);
   return buffer;
+}
+
+std::optional<Eigen::Vector2d> CeilingView::RawPixel(const Eigen::Vector2d& pixel,
+                                                     const Twist2& velocity) const {
+  if (!shutter_) return std::nullopt;
+  const auto raw = shutter_->RawAt(pixel, FlowOf(velocity, T_base_view_, m_per_px_));
+  if (!raw) return std::nullopt;
+  return Eigen::Vector2d(raw->x, raw->y);
 }
 
 }  // namespace ceilmap::calib

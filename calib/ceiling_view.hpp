@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "calib/base/pose2.hpp"
 #include "calib/base/twist2.hpp"
@@ -63,7 +64,7 @@ class CeilingView {
   [[nodiscard]] const Eigen::Isometry3d& T_base_camera() const { return T_base_camera_; }
   /// True when the rows of an image are exposed at different times
   /// (MountedCamera::readout_time_s).
-  [[nodiscard]] bool HasRollingShutter() const { return shutter_ != nullptr; }
+  [[nodiscard]] bool HasRollingShutter() const { return readout_time_s_ != 0; }
   /// Upper limit of the motion of the content between the middle row and the first or last one, px.
   [[nodiscard]] double ReadoutMotion(const Twist2& velocity) const;
   /// True when Rectify changes the image.
@@ -80,6 +81,10 @@ class CeilingView {
   ///   Pixels at the border whose content had left the image repeat that of the border. Takes three
   ///   times as long as for a robot at rest.
   const cv::Mat& Rectify(const cv::Mat& raw, cv::Mat& buffer, const Twist2& velocity = {}) const;
+  /// Where Rectify finds the content of a pixel of the view, in pixels of the raw image; it may lie
+  /// outside that. @return nothing where the lens shows none, and without a mounted camera.
+  [[nodiscard]] std::optional<Eigen::Vector2d> RawPixel(const Eigen::Vector2d& pixel,
+                                                        const Twist2& velocity = {}) const;
   /// CV_8UC1 of Size(), 255 where the rectified image has content; empty when all pixels have
   /// content.
   [[nodiscard]] const cv::Mat& Mask() const { return mask_; }
@@ -96,7 +101,7 @@ class CeilingView {
   Pose2 T_base_view_;
   RemapTable table_;  // empty: no rectification is needed
   double readout_time_s_ = 0;
-  std::shared_ptr<const RollingShutter> shutter_;  // null: all rows are exposed at once
+  std::shared_ptr<const RollingShutter> shutter_;  // null: not of a mounted camera
   cv::Mat mask_;
 };
 

@@ -60,6 +60,12 @@ bool SetCamera(YAML::Node rig,
   return true;
 }
 
+bool SetReadout(YAML::Node rig, const std::optional<double>& value, Which which) {
+  if (!value || !Has(rig, "cameras") || !Has(rig["cameras"], "up")) return false;
+  YAML::Node camera = rig["cameras"]["up"];
+  return camera.IsMap() && SetNumber(camera, "readout_time_s", value, which);
+}
+
 void ShiftCamera(YAML::Node camera, const MirrorRing& ring) {
   YAML::Node mirror = camera["mirror"];
   const double scale = ring.outer_radius_px / mirror["rim_radius_px"].as<double>();
@@ -105,6 +111,7 @@ bool SetAll(const YAML::Node& rig, const RigValues& values, Which which) {
   bool changed = SetNumber(rig, "a", values.axle_behind_mast_m, which);
   changed |= SetNumber(rig, "h", values.ceiling_height_m, which);
   changed |= SetCamera(rig, "up", values.T_base_up, which);
+  changed |= SetReadout(rig, values.up_readout_time_s, which);
   changed |= SetCamera(rig, "forward", values.T_base_forward, which);
   changed |= SetMirror(rig, values.omni, which);
   return changed;

@@ -25,6 +25,7 @@ struct RigValues {
   std::optional<double> axle_behind_mast_m;
   std::optional<double> ceiling_height_m;
   std::optional<Eigen::Isometry3d> T_base_up;
+  std::optional<double> up_readout_time_s;
   std::optional<Eigen::Isometry3d> T_base_forward;
   /// A mirror of known shape keeps its shape: its centre becomes the principal point, and the focal
   /// length is set so that the rim appears where it was measured. Any other camera becomes one of

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
 
 #include "calib/remap_table.hpp"
 #include "calib/virtual_camera.hpp"
@@ -27,6 +29,11 @@ class RollingShutter {
   /// against an image of one moment. Exact for the flow of a plane; parts nearer to the camera move
   /// faster. Cost: three projections for each of the nodes.
   [[nodiscard]] SourceShift ShiftBy(const ImageFlow& flow) const;
+
+  /// Position in the raw image of the content of a pixel of that virtual image; nothing where the
+  /// lens shows none.
+  [[nodiscard]] std::optional<cv::Point2d> RawAt(const Eigen::Vector2d& pixel,
+                                                 const ImageFlow& flow) const;
 
  private:
   [[nodiscard]] cv::Vec2f ShiftAt(const Eigen::Vector2d& pixel, const ImageFlow& flow) const;

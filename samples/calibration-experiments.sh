@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Calibration on simulated robots whose rigs are known: ten upward cameras, mounted at random, each calibrated from a turn on
-# the spot and a straight drive; and ten cameras under a mirror that is off the picture's centre, each from a turn. Prints
-# errors, standard deviations and their ratio.
+# Calibration on simulated robots whose rigs are known: ten upward cameras, mounted up to 15 degrees askew, with and without
+# rolling shutters, half of them with fisheye lenses, each calibrated from a turn on the spot and a straight drive; and ten
+# cameras under a mirror that is off the picture's centre, each from a turn. Prints errors, standard deviations and their ratio.
 #   samples/calibration-experiments.sh [OUTPUT_DIR] [RIGS]     default: samples/out/calibration, 10
 # shellcheck disable=SC2154  # values of a rig: draw names them
 set -euo pipefail
@@ -17,16 +17,16 @@ draw() {
   awk -v seed="$1" '
     function between(least, most) { return least + (most - least) * rand() }
     BEGIN {
+      pi = 4 * atan2(1, 1)
       srand(1000 + seed); for (i = 0; i < 10; ++i) rand()
       printf "axle=%.4f\n", between(-0.1, 0.25)
       printf "side=%.4f\n", between(-0.04, 0.04)
       printf "height=%.3f\n", between(0.3, 0.9)
       printf "ceiling=%.3f\n", between(2.3, 3.2)
       printf "focal=%.1f\n", between(380, 520)
-      printf "k1=%.3f\n", seed % 2 ? 0 : between(-0.15, -0.05)
+      k1 = seed % 2 ? 0 : between(-0.15, -0.05)
       printf "yaw=%.3f\n", between(-8, 8)
-      printf "pitch=%.3f\n", between(-1.5, 1.5)
-      printf "roll=%.3f\n", between(-1.5, 1.5)
+      between(0, 1); between(0, 1)
       printf "start=%.1f\n", between(0, 360)
       printf "course=%.1f\n", between(-25, 25)
       printf "length=%.2f\n", between(2, 4)
@@ -37,6 +37,18 @@ draw() {
       printf "forward_yaw=%.3f\n", between(-6, 6)
       printf "forward_pitch=%.3f\n", between(-5, 15)
       printf "forward_roll=%.3f\n", between(-3, 3)
+      tilt = between(0, 15) * pi / 180
+      way = between(0, 2 * pi)
+      printf "pitch=%.3f\n", 180 / pi * atan2(sin(tilt) * cos(way), sqrt(1 - (sin(tilt) * cos(way)) ^ 2))
+      printf "roll=%.3f\n", 180 / pi * atan2(sin(tilt) * sin(way), cos(tilt))
+      printf "readout=%.4f\n", seed % 5 ? between(-0.033, 0.033) : 0
+      wide = between(100, 170) * pi / 360  # half of the diagonal
+      if (seed % 2) {
+        printf "model=plumb_bob\ndistortion=%.3f, 0, 0, 0, 0\n", k1
+      } else {
+        printf "focal=%.1f\n", 400 / (wide - 0.02 * wide ^ 3 + 0.005 * wide ^ 5)
+        printf "model=equidistant\ndistortion=-0.02, 0.005, 0, 0\n"
+      }
     }'
 }
 
@@ -56,7 +68,9 @@ ceiling: {kind: tiles, lamp_every_x: 5, lamp_every_y: 4, vents_per_100m2: 3}
 fixtures: {sprinklers_per_100m2: 10, ducts_per_100m2: 2}
 camera:
   focal_px: $focal
-  distortion: [$k1, 0, 0, 0, 0]
+  distortion_model: $model
+  distortion: [$distortion]
+  readout_time_s: $readout
   mount_y_m: $side
   mount_height_m: $height
   mount_yaw_deg: $yaw
@@ -129,6 +143,7 @@ rough() {
     /^  forward:/ { z = 0.45; turn = "[-0.5, 0.5, -0.5, 0.5]" }
     / rotation_xyzw:/ { print "      rotation_xyzw: " turn; next }
     / matrix: \[/ { next }
+    / readout_time_s:/ { next }
     { print }' "$1"
 }
 
@@ -160,6 +175,7 @@ tell() {
   }
   END {
     unit["a_m"] = unit["camera_y_m"] = unit["distance_m"] = "mm"
+    unit["readout_ms"] = "ms"
     unit["yaw_deg"] = unit["pitch_deg"] = unit["roll_deg"] = "deg"
     unit["forward_yaw_deg"] = unit["forward_pitch_deg"] = unit["forward_roll_deg"] = "deg"
     unit["centre_u_px"] = unit["centre_v_px"] = unit["outer_radius_px"] = unit["inner_radius_px"] = "px"
@@ -189,7 +205,8 @@ for ((rig = 1; rig <= rigs; ++rig)); do
   done
   rough "$out/spin-$rig/rig.yaml" >"$out/rough-$rig.yaml"
   "$ceilmap" calibrate rig --force --quiet --rig "$out/rough-$rig.yaml" --spin "$out/spin-$rig/up.mp4" \
-    --straight "$out/straight-$rig/up.mp4" --distance "$length" --spin-forward "$out/spin-$rig/forward.mp4" \
+    --straight "$out/straight-$rig/up.mp4" --distance "$length" --spin-stamps "$out/spin-$rig/frames.csv" \
+    --straight-stamps "$out/straight-$rig/frames.csv" --spin-forward "$out/spin-$rig/forward.mp4" \
     --straight-forward "$out/straight-$rig/forward.mp4" -o "$out/rig-$rig.yaml" --summary "$out/rig-$rig.json"
   summary=$out/rig-$rig.json
   {
@@ -198,6 +215,7 @@ for ((rig = 1; rig <= rigs; ++rig)); do
     compare "$summary" "$rig" yaw_deg "$(awk -v y="$yaw" 'BEGIN { print 90 + y }')" 1
     compare "$summary" "$rig" pitch_deg "$pitch" 1
     compare "$summary" "$rig" roll_deg "$roll" 1
+    compare "$summary" "$rig" readout_ms "$(awk -v s="$readout" 'BEGIN { print 1000 * s }')" 1
     compare "$summary" "$rig" forward_yaw_deg "$forward_yaw" 1
     compare "$summary" "$rig" forward_pitch_deg "$forward_pitch" 1
     compare "$summary" "$rig" forward_roll_deg "$forward_roll" 1

@@ -126,6 +126,26 @@ void WarnOfUncertainAngles(const mount::ForwardMount& forward) {
   check("roll", forward.roll_rad, "--spin-forward");
 }
 
+// Says why the time of a rolling shutter was not measured.
+void TellReadout(const CalibrateRigOptions& params,
+                 bool has_stamps,
+                 const mount::ReadoutFinding& readout) {
+  if (readout.is_determined) return;
+  if (has_stamps) {
+    terminal::PrintNote(fmt::format(
+        "the read-out time of the upward camera is known to {:.0f} ms only, and is left as it was; "
+        "let the robot turn faster, in a recording with its true times",
+        1e3 * readout.readout_time_s.sigma));
+  } else if (readout.is_rolling) {
+    terminal::Warn(
+        "{}: the rows of an image are exposed one after the other (rolling shutter), but the "
+        "images "
+        "have no times, so that readout_time_s cannot be measured; give --spin-stamps and "
+        "--straight-stamps",
+        params.spin);
+  }
+}
+
 // @param rig  With the calibrated upward camera, fitted to the recordings.
 // @return nothing without a recording of the forward camera.
 std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& params,
@@ -184,6 +204,9 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
   values.axle_behind_mast_m = result.axle_behind_mast_m.value;
   values.ceiling_height_m = result.ceiling_height_m.value;
   values.T_base_up = result.T_base_up;
+  if (result.readout.used_s != rig.up->readout_time_s) {
+    values.up_readout_time_s = result.readout.used_s;
+  }
   const Eigen::Vector3d ahead_before = rig.up->T_base_cam.linear().row(0);
   constexpr double kOpposite = -0.9;  // cosine
   if (ahead_before.dot(result.T_base_up.linear().row(0)) < kOpposite) {
@@ -191,6 +214,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
         "{}: the robot drives backwards by the given rig; the straight drive is taken as ahead",
         params.straight);
   }
+  TellReadout(params, spin.has_stamps && straight.has_stamps, result.readout);
   const auto moving = steady_clock::now();
   calib::Rig measured = calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file);
   FitRig(params, size, forward_size, measured);

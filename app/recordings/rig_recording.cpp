@@ -46,9 +46,11 @@ mount::CeilingRecording ReadCeiling(FrameSource& source,
   terminal::Progress progress(label, "frames", source.ExpectedFrames());
   Frame frame;
   std::int64_t frames = 0;
+  const bool has_times = source.Stamps() != StampOrigin::kFrameIndex;
   while (source.Read(frame)) {
     progress.Update(++frames);
-    lost.Count(frame, recorder.Add(frame.image));
+    lost.Count(frame,
+               recorder.Add(frame.image, has_times ? std::optional(frame.stamp_s) : std::nullopt));
   }
   return recorder.Finish();
 }
@@ -65,14 +67,16 @@ FollowedDrive FollowDrive(FrameSource& source, const calib::CeilingView& view, d
   };
   terminal::Progress progress("drive", "frames", source.ExpectedFrames());
   Frame frame;
+  const bool has_times = source.Stamps() != StampOrigin::kFrameIndex;
   std::optional<double> first_s;
   int lost = 0;
   while (source.Read(frame)) {
     if (!first_s) first_s = frame.stamp_s;
-    if (source.Stamps() != StampOrigin::kFrameIndex && frame.stamp_s - *first_s > seconds) break;
+    if (has_times && frame.stamp_s - *first_s > seconds) break;
     progress.Update(++drive.frames);
     if (!recorder) recorder.emplace(source.Name(), view);
-    const bool matched = recorder->Add(frame.image, frame.stamp_s);
+    const bool matched =
+        recorder->Add(frame.image, has_times ? std::optional(frame.stamp_s) : std::nullopt);
     lost = matched ? 0 : lost + 1;
     if (!matched) ++drive.lost;
     if (lost < kMaxLost) continue;

@@ -58,6 +58,12 @@ std::vector<Parameter> MountParameters(const calib::Rig& before, const mount::Up
       {"yaw_deg", "yaw", "deg", kDegPerRad * angles.yaw_rad, InDegrees(result.yaw_rad), 3},
       {"pitch_deg", "pitch", "deg", kDegPerRad * angles.pitch_rad, InDegrees(result.pitch_rad), 3},
       {"roll_deg", "roll", "deg", kDegPerRad * angles.roll_rad, InDegrees(result.roll_rad), 3},
+      {"readout_ms",
+       "read-out",
+       "ms",
+       1000 * before.up->readout_time_s,
+       millimetres(result.readout.readout_time_s),
+       2},
       {"h_m", "h", "m", before.ceiling_height_m, result.ceiling_height_m},
       {"distance_m", "ceiling above camera", "m", Z, result.distance_m},
       {"mm_per_px", "scale", "mm/px", 1000 * Z / focal_px, millimetres(result.m_per_px)}};

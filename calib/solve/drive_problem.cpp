@@ -37,9 +37,9 @@ Vector2<T> OnCeilingOf(const T* errors, const LevelSight& sight) {
   T level[3];
   ceres::AngleAxisRotatePoint(turn, ray, level);
   const Vector2<T> seen(level[0] / level[2], level[1] / level[2]);
-  const T time = errors[kCameraReadout] * sight.row_ratio;
+  const T time = errors[kCameraReadout] * sight.row;
   return TurnedBy<T>(sight.velocity.yaw_rad_s * time, seen) +
-         sight.velocity.linear_m_s.cast<T>() * time;
+         sight.velocity.linear.cast<T>() * time;
 }
 
 template <typename T>
@@ -95,14 +95,11 @@ class Sights {
     return focal_px_ * Normalized(pixel).norm();
   }
   [[nodiscard]] std::optional<LevelSight> Prepare(const Vector2d& ray,
-                                                  double edge_px,
-                                                  const Twist2& velocity) const {
+                                                  double edge_px) const {
     const std::optional<Vector2d> pixel = PixelOf(ray);
     if (!pixel) return std::nullopt;
     LevelSight sight;
     sight.slope = SlopeOf(ray.homogeneous());
-    sight.row_ratio = pixel->y() / (lens_.height_px - 1) - 0.5;
-    sight.velocity = velocity;
     const double radius_px = RadiusPx(*pixel);
     constexpr double kStepPx = 0.5;
     if (radius_px < 2 * kStepPx) return sight;  // at the centre nothing changes
@@ -178,12 +175,14 @@ std::vector<DrivePoint> PreparePoints(const calib::MountedCamera& up,
   edge_px = EdgePx(sights, drive);
   std::vector<DrivePoint> points;
   for (const ViewPair& pair : drive.pairs) {
-    const Twist2& first_velocity = drive.velocities[static_cast<std::size_t>(pair.first)];
-    const Twist2& second_velocity = drive.velocities[static_cast<std::size_t>(pair.second)];
     for (const PointCorrespondence& place : pair.places) {
-      const auto first = sights.Prepare(place.first, edge_px, first_velocity);
-      const auto second = sights.Prepare(place.second, edge_px, second_velocity);
+      auto first = sights.Prepare(place.first, edge_px);
+      auto second = sights.Prepare(place.second, edge_px);
       if (!first || !second) continue;
+      first->row = place.first_row;
+      first->velocity = drive.velocities[static_cast<std::size_t>(pair.first)];
+      second->row = place.second_row;
+      second->velocity = drive.velocities[static_cast<std::size_t>(pair.second)];
       points.push_back({pair.first, pair.second, *first, *second, place.whitening});
     }
   }

@@ -17,8 +17,8 @@ struct LevelSight {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< (x/z, y/z) in the levelled axes
   /// Change of the slope by kCameraFocal, kCameraRadial3, kCameraRadial5.
   Eigen::Matrix<double, 2, 3> by_lens = Eigen::Matrix<double, 2, 3>::Zero();
-  double row_ratio = 0;  ///< of its row from the middle one: -0.5 .. 0.5
-  Twist2 velocity;
+  double row = 0;  ///< of the raw image that showed it: -0.5 .. 0.5
+  ViewVelocity velocity;
 };
 
 struct DrivePoint {

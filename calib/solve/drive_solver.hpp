@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "calib/base/pose2.hpp"
-#include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
 #include "calib/solve/rig_solver.hpp"
 
@@ -17,7 +16,7 @@ namespace ceilmap::calibration {
 /// A drive: views in order of time, and the points that pairs of them show.
 struct Drive {
   std::vector<Pose2> cameras;       ///< rough poses T_first_camera
-  std::vector<Twist2> velocities;   ///< of the camera in its own axes, in Z (not metres) a second
+  std::vector<ViewVelocity> velocities;
   std::vector<std::size_t> starts;  ///< first views of parts that share no points; the first is 0
   std::vector<ViewPair> pairs;      ///< of the camera as the rig states it
 };

@@ -14,24 +14,27 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr int kKnown = 6;  // tilt, centre, yaw, travel
+constexpr int kKnown = kRigUnknowns;
 using Influence = Eigen::Matrix<double, kKnown, 1>;
 
-// Derivatives of the known parameters by the free ones.
-MatrixXd Asked(const RigParameters& parameters, int columns) {
+// Derivatives of the known parameters by the free ones, which are in the order of
+// RigProblem::blocks.
+MatrixXd Asked(const RigParameters& parameters, bool readout_is_free, int columns) {
   MatrixXd asked = MatrixXd::Zero(kKnown, columns);
   asked.topLeftCorner<4, 4>().setIdentity();
-  if (parameters.straight.empty()) return asked;
-  asked(4, 4) = 1;
+  const bool has_yaw = !parameters.straight.empty();
+  if (readout_is_free) asked(kReadout, has_yaw ? 5 : 4) = 1;
+  if (!has_yaw) return asked;
+  asked(kYaw, 4) = 1;
   const Vector2d travel = TravelOf(parameters);
   const Vector2d along = travel.normalized();
   const Pose2 last{0, 0, parameters.straight.back()[2]};
   const Eigen::Matrix2d R = last.Rotation();
   const Vector2d c(parameters.centre[0], parameters.centre[1]);
   const Vector2d turned = R * c;
-  asked.block<1, 2>(5, 2) = along.transpose() * (R - Eigen::Matrix2d::Identity());
-  asked.block<1, 2>(5, columns - 3) = along.transpose();
-  asked(5, columns - 1) = along.dot(Vector2d(-turned.y(), turned.x()));
+  asked.block<1, 2>(kTravel, 2) = along.transpose() * (R - Eigen::Matrix2d::Identity());
+  asked.block<1, 2>(kTravel, columns - 3) = along.transpose();
+  asked(kTravel, columns - 1) = along.dot(Vector2d(-turned.y(), turned.x()));
   return asked;
 }
 
@@ -166,18 +169,19 @@ class LensUncertainty {
 
   // Changes of residuals, one column per lens error.
   [[nodiscard]] LensErrors Moves(const std::vector<RigParameters::Pose>& poses,
+                                 const Recording& recording,
                                  const ViewPair& pair,
                                  const PointCorrespondence& place,
                                  double edge) const {
     const LensErrors first = lens_sigma_ * LensErrorsAt(place.first, edge);
     const LensErrors second = lens_sigma_ * LensErrorsAt(place.second, edge);
-    const Vector2d as_is = PlaceError(parameters_, poses, pair, place, focal_px_);
+    const Vector2d as_is = PlaceError(parameters_, poses, recording, pair, place, focal_px_);
     LensErrors moves;
     for (int k = 0; k < kLensErrors; ++k) {
       PointCorrespondence moved = place;
       moved.first += first.col(k);
       moved.second += second.col(k);
-      moves.col(k) = PlaceError(parameters_, poses, pair, moved, focal_px_) - as_is;
+      moves.col(k) = PlaceError(parameters_, poses, recording, pair, moved, focal_px_) - as_is;
     }
     return moves / sigma_px_;
   }
@@ -201,7 +205,7 @@ std::vector<LensErrors> LensMoves(const Recording& spin,
   const auto add = [&](const Recording& recording, const auto& poses) {
     for (const ViewPair& pair : recording.pairs) {
       for (const PointCorrespondence& place : pair.places) {
-        moves.push_back(lens.Moves(poses, pair, place, edge));
+        moves.push_back(lens.Moves(poses, recording, pair, place, edge));
       }
     }
   };
@@ -210,10 +214,10 @@ std::vector<LensErrors> LensMoves(const Recording& spin,
   return moves;
 }
 
-Eigen::Matrix<double, kKnown, kKnown> FromLens(const RigProblem& problem,
-                                               const Linearized& at,
-                                               const MatrixXd& influence,
-                                               const std::vector<LensErrors>& moves) {
+RigCovarianceMatrix FromLens(const RigProblem& problem,
+                             const Linearized& at,
+                             const MatrixXd& influence,
+                             const std::vector<LensErrors>& moves) {
   Eigen::Matrix<double, kKnown, kLensErrors> shift = decltype(shift)::Zero();
   std::size_t row = 0;
   for (std::size_t i = 0; i < moves.size(); ++i) {  // points come first
@@ -227,13 +231,13 @@ Eigen::Matrix<double, kKnown, kKnown> FromLens(const RigProblem& problem,
   return shift * shift.transpose();
 }
 
-Eigen::Matrix<double, kKnown, kKnown> FromViews(const RigProblem& problem,
-                                                const Linearized& at,
-                                                const MatrixXd& influence,
-                                                const RigParameters& parameters) {
+RigCovarianceMatrix FromViews(const RigProblem& problem,
+                              const Linearized& at,
+                              const MatrixXd& influence,
+                              const RigParameters& parameters) {
   std::vector<Influence> of_view(parameters.spin.size() + parameters.straight.size(),
                                  Influence::Zero());
-  Eigen::Matrix<double, kKnown, kKnown> twice = decltype(twice)::Zero();
+  RigCovarianceMatrix twice = decltype(twice)::Zero();
   Influence of_pair = Influence::Zero();
   std::size_t row = 0;
   for (std::size_t i = 0; i < problem.owners.size(); ++i) {
@@ -256,11 +260,11 @@ Eigen::Matrix<double, kKnown, kKnown> FromViews(const RigProblem& problem,
     }
     of_pair.setZero();
   }
-  Eigen::Matrix<double, kKnown, kKnown> sum = decltype(sum)::Zero();
+  RigCovarianceMatrix sum = decltype(sum)::Zero();
   for (const Influence& view : of_view) sum += view * view.transpose();
   // A pair was counted at both of its views. If there are no others, the difference can become
   // negative by rounding: half of the sum is the result for independent pairs.
-  Eigen::Matrix<double, kKnown, kKnown> covariance = sum - twice;
+  RigCovarianceMatrix covariance = sum - twice;
   for (int i = 0; i < kKnown; ++i) {
     if (covariance(i, i) < 0.5 * sum(i, i)) return 0.5 * sum;
   }
@@ -269,15 +273,15 @@ Eigen::Matrix<double, kKnown, kKnown> FromViews(const RigProblem& problem,
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 6> RigCovariance(RigProblem& problem,
-                                          const Recording& spin,
-                                          const Recording& straight,
-                                          const RigParameters& parameters,
-                                          const RigSolverParams& params,
-                                          double sigma_px) {
+RigCovarianceMatrix RigCovariance(RigProblem& problem,
+                                  const Recording& spin,
+                                  const Recording& straight,
+                                  const RigParameters& parameters,
+                                  const RigSolverParams& params,
+                                  double sigma_px) {
   const Linearized at(problem);
-  const MatrixXd influence =
-      InfluenceOf(NormalOf(problem, at), Asked(parameters, at.jacobian.num_cols));
+  const MatrixXd influence = InfluenceOf(
+      NormalOf(problem, at), Asked(parameters, params.readout_is_free, at.jacobian.num_cols));
   return FromViews(problem, at, influence, parameters) +
          FromLens(problem, at, influence, LensMoves(spin, straight, parameters, params, sigma_px));
 }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "calib/solve/rig_problem.hpp"
 #include "calib/solve/rig_solver.hpp"
 
@@ -9,11 +7,11 @@ namespace ceilmap::calibration {
 
 /// RigSolution::covariance of a solved problem. Internal to RigSolver.
 /// @param sigma_px  Standard deviation of points in the problem.
-Eigen::Matrix<double, 6, 6> RigCovariance(RigProblem& problem,
-                                          const Recording& spin,
-                                          const Recording& straight,
-                                          const RigParameters& parameters,
-                                          const RigSolverParams& params,
-                                          double sigma_px);
+RigCovarianceMatrix RigCovariance(RigProblem& problem,
+                                  const Recording& spin,
+                                  const Recording& straight,
+                                  const RigParameters& parameters,
+                                  const RigSolverParams& params,
+                                  double sigma_px);
 
 }  // namespace ceilmap::calibration

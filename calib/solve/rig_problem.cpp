@@ -35,30 +35,64 @@ Vector2<T> OnCeiling(const T* tilt, const Eigen::Vector2d& ray) {
   return {px / pz, py / pz};
 }
 
-// Difference between the point of the first image and that of the second, transformed to the first.
+// Where a view's ray meets the ceiling, from the camera at the time of the view. The row that shows
+// it is exposed while the camera has moved on.
 template <typename T>
-Vector2<T> Error(const T* tilt,
-                 const T* centre,
-                 const T* first,
-                 const T* second,
-                 const PointCorrespondence& place) {
-  const Vector2<T> c(centre[0], centre[1]);
-  const Vector2<T> seen_first = c + OnCeiling(tilt, place.first);
-  const Vector2<T> seen_second = c + OnCeiling(tilt, place.second);
-  const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
-  return Turned<T>(-first[2], moved) + Turned<T>(second[2] - first[2], seen_second) - seen_first;
+Vector2<T> OnCeilingAt(const T* tilt,
+                       const T& readout_s,
+                       const Eigen::Vector2d& ray,
+                       double row,
+                       const ViewVelocity& velocity) {
+  const T time_s = row * readout_s;
+  const T turn = time_s * velocity.yaw_rad_s;
+  const Vector2<T> moved = time_s * velocity.linear.cast<T>();
+  return Turned<T>(0.5 * turn, moved) + Turned<T>(turn, OnCeiling(tilt, ray));
+}
+
+// Difference between the point of the first image and that of the second, transformed to the first.
+struct PlaceDifference {
+  const PointCorrespondence* place;
+  ViewVelocity first_velocity;
+  ViewVelocity second_velocity;
+
+  template <typename T>
+  Vector2<T> operator()(
+      const T* tilt, const T* centre, const T* readout, const T* first, const T* second) const {
+    const Vector2<T> c(centre[0], centre[1]);
+    const Vector2<T> seen_first =
+        c + OnCeilingAt(tilt, readout[0], place->first, place->first_row, first_velocity);
+    const Vector2<T> seen_second =
+        c + OnCeilingAt(tilt, readout[0], place->second, place->second_row, second_velocity);
+    const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
+    return Turned<T>(-first[2], moved) + Turned<T>(second[2] - first[2], seen_second) - seen_first;
+  }
+};
+
+ViewVelocity VelocityOf(const Recording& recording, int view) {
+  if (recording.velocities.empty()) return {};
+  return recording.velocities[static_cast<std::size_t>(view)];
+}
+
+PlaceDifference DifferenceOf(const Recording& recording,
+                             const ViewPair& pair,
+                             const PointCorrespondence& place) {
+  return {&place, VelocityOf(recording, pair.first), VelocityOf(recording, pair.second)};
 }
 
 struct PlaceResidual {
-  const PointCorrespondence* place;
+  PlaceDifference difference;
   double scale;  // focal length / standard deviation
 
   template <typename T>
-  bool operator()(
-      const T* tilt, const T* centre, const T* first, const T* second, T* residual) const {
-    const Vector2<T> error = Error(tilt, centre, first, second, *place);
+  bool operator()(const T* tilt,
+                  const T* centre,
+                  const T* readout,
+                  const T* first,
+                  const T* second,
+                  T* residual) const {
     Eigen::Map<Vector2<T>> out(residual);
-    out = (scale * place->whitening).cast<T>() * error;
+    out = (scale * difference.place->whitening).cast<T>() *
+          difference(tilt, centre, readout, first, second);
     return true;
   }
 };
@@ -101,15 +135,16 @@ Eigen::Vector2d CameraOf(const RigParameters::Pose& pose, const std::array<doubl
 
 Eigen::Vector2d PlaceError(const RigParameters& parameters,
                            const std::vector<RigParameters::Pose>& poses,
+                           const Recording& recording,
                            const ViewPair& pair,
                            const PointCorrespondence& place,
                            double focal_px) {
   return focal_px * place.whitening *
-         Error(parameters.tilt.data(),
-               parameters.centre.data(),
-               poses[static_cast<std::size_t>(pair.first)].data(),
-               poses[static_cast<std::size_t>(pair.second)].data(),
-               place);
+         DifferenceOf(recording, pair, place)(parameters.tilt.data(),
+                                              parameters.centre.data(),
+                                              parameters.readout.data(),
+                                              poses[static_cast<std::size_t>(pair.first)].data(),
+                                              poses[static_cast<std::size_t>(pair.second)].data());
 }
 
 double SlipOf(const RigParameters& parameters, std::size_t view) {
@@ -125,19 +160,19 @@ Eigen::Vector2d TravelOf(const RigParameters& parameters) {
 
 RigProblem::RigProblem(const Recording& spin,
                        const Recording& straight,
-                       double focal_px,
+                       const RigSolverParams& params,
                        const RigScales& scales,
                        RigParameters& parameters)
     : parameters_(parameters) {
-  AddPlaces(spin, focal_px, scales.place_px, parameters.spin, 0);
+  AddPlaces(spin, params.focal_px, scales.place_px, parameters.spin, 0);
   AddPlaces(straight,
-            focal_px,
+            params.focal_px,
             scales.place_px,
             parameters.straight,
             static_cast<int>(parameters.spin.size()));
   AddSpin(scales.wander);
   AddStraight(scales.slip);
-  Hold();
+  Hold(params.readout_is_free);
 }
 
 void RigProblem::AddPlaces(const Recording& recording,
@@ -147,14 +182,15 @@ void RigProblem::AddPlaces(const Recording& recording,
                            int first_view) {
   for (const ViewPair& pair : recording.pairs) {
     for (const PointCorrespondence& place : pair.places) {
-      const auto id =
-          problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PlaceResidual, 2, 2, 2, 3, 3>(
-                                       new PlaceResidual{&place, focal_px / sigma_px}),
-                                   new ceres::CauchyLoss(kCauchy),
-                                   parameters_.tilt.data(),
-                                   parameters_.centre.data(),
-                                   poses[static_cast<std::size_t>(pair.first)].data(),
-                                   poses[static_cast<std::size_t>(pair.second)].data());
+      const auto id = problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<PlaceResidual, 2, 2, 2, 1, 3, 3>(
+              new PlaceResidual{DifferenceOf(recording, pair, place), focal_px / sigma_px}),
+          new ceres::CauchyLoss(kCauchy),
+          parameters_.tilt.data(),
+          parameters_.centre.data(),
+          parameters_.readout.data(),
+          poses[static_cast<std::size_t>(pair.first)].data(),
+          poses[static_cast<std::size_t>(pair.second)].data());
       owners.push_back({id, first_view + pair.first, first_view + pair.second, true});
     }
   }
@@ -184,13 +220,18 @@ void RigProblem::AddStraight(double slip) {
   }
 }
 
-void RigProblem::Hold() {
+void RigProblem::Hold(bool readout_is_free) {
   // The first heading of the spin and the first pose of the straight drive define the frames.
   problem.SetManifold(parameters_.spin.front().data(), new ceres::SubsetManifold(3, {2}));
   blocks = {parameters_.tilt.data(), parameters_.centre.data()};
   if (!parameters_.straight.empty()) {
     problem.SetParameterBlockConstant(parameters_.straight.front().data());
     blocks.push_back(parameters_.yaw.data());
+  }
+  if (readout_is_free) {
+    blocks.push_back(parameters_.readout.data());
+  } else {
+    problem.SetParameterBlockConstant(parameters_.readout.data());
   }
   for (RigParameters::Pose& pose : parameters_.spin) blocks.push_back(pose.data());
   for (std::size_t i = 1; i < parameters_.straight.size(); ++i) {

@@ -17,6 +17,7 @@ struct RigParameters {
   std::array<double, 2> tilt{};
   std::array<double, 2> centre{};
   std::array<double, 1> yaw{};
+  std::array<double, 1> readout{};     // s
   using Pose = std::array<double, 3>;  // x, y, heading
   std::vector<Pose> spin;
   std::vector<Pose> straight;
@@ -40,6 +41,7 @@ struct BlockOwner {
 /// Error of a point in pixels of the first image, weighted; not divided by its standard deviation.
 Eigen::Vector2d PlaceError(const RigParameters& parameters,
                            const std::vector<RigParameters::Pose>& poses,
+                           const Recording& recording,
                            const ViewPair& pair,
                            const PointCorrespondence& place,
                            double focal_px);
@@ -54,7 +56,7 @@ Eigen::Vector2d TravelOf(const RigParameters& parameters);
 struct RigProblem {
   RigProblem(const Recording& spin,
              const Recording& straight,
-             double focal_px,
+             const RigSolverParams& params,
              const RigScales& scales,
              RigParameters& parameters);
 
@@ -71,7 +73,7 @@ struct RigProblem {
                  int first_view);
   void AddSpin(double wander);
   void AddStraight(double slip);
-  void Hold();
+  void Hold(bool readout_is_free);
 
   RigParameters& parameters_;
 };

@@ -28,6 +28,7 @@ RigParameters StartParameters(const Recording& spin,
   parameters.tilt = {start.tilt_rad.x(), start.tilt_rad.y()};
   parameters.centre = {start.centre.x(), start.centre.y()};
   parameters.yaw = {start.yaw_rad};
+  parameters.readout = {start.readout_time_s};
   // Headings are continuous: a spin may exceed a full turn.
   double heading = 0;
   for (const Pose2& camera : spin.cameras) {
@@ -49,7 +50,7 @@ void AddErrors(const Recording& recording,
                std::vector<double>& errors_px) {
   for (const ViewPair& pair : recording.pairs) {
     for (const PointCorrespondence& place : pair.places) {
-      errors_px.push_back(PlaceError(parameters, poses, pair, place, focal_px).norm());
+      errors_px.push_back(PlaceError(parameters, poses, recording, pair, place, focal_px).norm());
     }
   }
 }
@@ -104,7 +105,8 @@ std::vector<ViewError> ViewErrors(const Recording& recording,
   std::vector<ViewError> errors(poses.size());
   for (const ViewPair& pair : recording.pairs) {
     for (const PointCorrespondence& place : pair.places) {
-      const double square = PlaceError(parameters, poses, pair, place, focal_px).squaredNorm();
+      const double square =
+          PlaceError(parameters, poses, recording, pair, place, focal_px).squaredNorm();
       for (const int view : {pair.first, pair.second}) {
         ViewError& error = errors[static_cast<std::size_t>(view)];
         error.rms_px += square;
@@ -134,7 +136,8 @@ RigSolution SolutionOf(const Recording& spin,
   solution.ok = true;
   solution.mount = {{parameters.tilt[0], parameters.tilt[1]},
                     {parameters.centre[0], parameters.centre[1]},
-                    WrapAngle(parameters.yaw[0])};
+                    WrapAngle(parameters.yaw[0]),
+                    parameters.readout[0]};
   solution.travel = TravelOf(parameters).norm();
   solution.spin = ToPoses(parameters.spin);
   solution.straight = ToPoses(parameters.straight);
@@ -186,7 +189,7 @@ RigSolution SolveRig(const Recording& spin,
   scales.place_px = ScalesOf(spin, straight, parameters, params.focal_px).place_px;
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
-    RigProblem problem(spin, straight, params.focal_px, scales, parameters);
+    RigProblem problem(spin, straight, params, scales, parameters);
     if (!Minimise(problem)) return {};
     if (round + 1 == kRounds) {
       RigSolution solution =

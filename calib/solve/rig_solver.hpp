@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "calib/base/pose2.hpp"
@@ -19,9 +20,19 @@ struct PointCorrespondence {
   /// Position as (x/z, y/z) in the optical frame of the mounted camera.
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
   Eigen::Vector2d second = Eigen::Vector2d::Zero();
+  /// Of a rolling shutter: the row of the raw image that showed it, from -0.5 (the first one) to
+  /// 0.5 (the last one).
+  double first_row = 0;
+  double second_row = 0;
   /// Weight matrix of an error in pixels of the first image (small along an edge); W'W is the
   /// inverse covariance up to a common factor.
   Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
+};
+
+/// Velocity of the levelled camera at the time of a view, in the view's axes.
+struct ViewVelocity {
+  Eigen::Vector2d linear = Eigen::Vector2d::Zero();  ///< units of Z per second
+  double yaw_rad_s = 0;
 };
 
 struct ViewPair {
@@ -35,6 +46,8 @@ struct ViewPair {
 /// position.
 struct Recording {
   std::vector<Pose2> cameras;  ///< rough poses of the camera itself, T_first_camera
+  /// One for each view; empty: at rest.
+  std::vector<ViewVelocity> velocities;
   std::vector<ViewPair> pairs;
 };
 
@@ -46,10 +59,25 @@ struct RigMount {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   /// Of the camera in base: p_base = Rz(yaw) p_level.
   double yaw_rad = 0;
+  /// Rolling shutter, as calib::MountedCamera::readout_time_s.
+  double readout_time_s = 0;
 
   /// The camera's position in base's axes, relative to the middle of the axle, in units of Z.
   [[nodiscard]] Eigen::Vector2d CentreInBase() const;
 };
+
+/// Indices of RigSolution::covariance.
+enum RigUnknown : std::uint8_t {
+  kTiltX,
+  kTiltY,
+  kCentreX,
+  kCentreY,
+  kYaw,
+  kTravel,
+  kReadout,
+  kRigUnknowns
+};
+using RigCovarianceMatrix = Eigen::Matrix<double, kRigUnknowns, kRigUnknowns>;
 
 struct RigSolverParams {
   double focal_px = 0;  ///< turns errors into pixels, > 0
@@ -57,6 +85,8 @@ struct RigSolverParams {
   /// no residual shows it: it enters the covariance as errors of focal length, principal point,
   /// distortion and skew of this size each.
   double lens_sigma_px = 0.05;
+  /// True: the read-out time is an unknown. False: it remains that of the start.
+  bool readout_is_free = false;
 };
 
 /// Residuals of a view.
@@ -70,10 +100,10 @@ struct RigSolution {
   RigMount mount;
   /// Distance of the camera between the first and last view of the straight drive, units of Z.
   double travel = 0;
-  /// Of (tilt x, tilt y, centre x, centre y, yaw, travel). From the residuals, with all pairs that
-  /// share a view taken as correlated (dyadic cluster-robust, Fafchamps & Gubert 2007), because an
-  /// error of an image affects all of its pairs. And from lens_sigma_px.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  /// Of RigUnknown; zero for a value that is not an unknown. From the residuals, with all pairs
+  /// that share a view taken as correlated (dyadic cluster-robust, Fafchamps & Gubert 2007),
+  /// because an error of an image affects all of its pairs. And from lens_sigma_px.
+  RigCovarianceMatrix covariance = RigCovarianceMatrix::Zero();
   std::vector<Pose2> spin;      ///< axle and heading at each view
   std::vector<Pose2> straight;  ///< the same, in the first view's frame
   std::vector<ViewError> spin_errors;
@@ -87,9 +117,10 @@ struct RigSolution {
 RigMount GuessMount(const Recording& spin, const Recording& straight);
 
 /// Robust least squares (Ceres, Cauchy's loss on a robust scale that is estimated anew in each of
-/// several rounds) over all points of both recordings: tilt, centre and yaw, and a free pose of
-/// each view. The axle does not move in the spin, and moves along base x in the straight drive,
-/// both up to errors of the wheels.
+/// several rounds) over all points of both recordings: tilt, centre, yaw and read-out time, and a
+/// free pose of each view. The axle does not move in the spin, and moves along base x in the
+/// straight drive, both up to errors of the wheels. A row of a rolling shutter sees the ceiling
+/// from where the view's velocity has moved the camera; the velocities are not unknowns.
 /// @param straight  May be empty: then the yaw remains that of `start` and travel is 0.
 RigSolution SolveRig(const Recording& spin,
                      const Recording& straight,

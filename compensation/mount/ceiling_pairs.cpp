@@ -2,8 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <array>
+#include <optional>
 #include <utility>
 
+#include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
 #include "compensation/mount/ceiling_registrar.hpp"
 
@@ -12,18 +14,34 @@ namespace {
 
 using registration::PlaneMotion;
 
+// A velocity of the camera, in its levelled axes, as one of base.
+Twist2 InBase(const calibration::ViewVelocity& velocity,
+              const Eigen::Isometry3d& T_base_camera,
+              double distance_m) {
+  const Eigen::Vector2d at = T_base_camera.translation().head<2>();
+  const Eigen::Matrix2d R = T_base_camera.linear().topLeftCorner<2, 2>();
+  return {
+      distance_m * (R * velocity.linear) - velocity.yaw_rad_s * Eigen::Vector2d(-at.y(), at.x()),
+      velocity.yaw_rad_s};
+}
+
 class PairRegistrar {
  public:
   PairRegistrar(const CeilingRecording& recording,
                 const calib::MountedCamera& up,
-                double ceiling_height_m)
+                double ceiling_height_m,
+                const std::vector<calibration::ViewVelocity>& velocities)
       : view_(up, ceiling_height_m),
         camera_(registration::PlaneCameraOf(view_)),
+        lens_(up.camera),
         R_cam_view_(up.T_base_cam.linear().transpose() * view_.T_base_camera().linear()),
         registrar_(CeilingRegistrar(view_)) {
+    const double distance_m = ceiling_height_m - up.T_base_cam.translation().z();
     cv::Mat buffer;
-    for (const CeilingKeyframe& keyframe : recording.keyframes) {
-      spectra_.push_back(registrar_.AnalyzeFine(view_.Rectify(keyframe.image, buffer)));
+    for (std::size_t i = 0; i < recording.keyframes.size(); ++i) {
+      velocities_.push_back(InBase(velocities[i], view_.T_base_camera(), distance_m));
+      spectra_.push_back(registrar_.AnalyzeFine(
+          view_.Rectify(recording.keyframes[i].image, buffer, velocities_[i])));
     }
   }
 
@@ -41,7 +59,8 @@ class PairRegistrar {
     std::vector<calibration::PointCorrespondence> points;
     for (const registration::PlaneShift& shift :
          registrar_.MeasurePlane(spectra_[first], spectra_[second], camera_, motion)) {
-      points.push_back(CorrespondenceOf(shift));
+      const auto point = CorrespondenceOf(shift, velocities_[first], velocities_[second]);
+      if (point) points.push_back(*point);
     }
     return points;
   }
@@ -51,22 +70,48 @@ class PairRegistrar {
   }
 
  private:
-  [[nodiscard]] Eigen::Vector2d Ray(const Eigen::Vector2d& px) const {
-    const Eigen::Vector2d slope = (px - camera_.principal_px) / camera_.focal_px;
-    return (R_cam_view_ * slope.homogeneous()).hnormalized();
+  // What shows a pixel of the view: a ray of the camera, and its row.
+  struct Sight {
+    Eigen::Vector2d ray;
+    double row = 0;
+  };
+
+  // The ray of the row that took the pixel: the view is drawn as at the time of the middle row.
+  // @param px  From the middle of the view.
+  [[nodiscard]] std::optional<Sight> SightOf(const Eigen::Vector2d& px,
+                                             const Twist2& velocity) const {
+    const Eigen::Vector2d middle(0.5 * (view_.Size().width - 1), 0.5 * (view_.Size().height - 1));
+    const std::optional<Eigen::Vector2d> raw = view_.RawPixel(middle + px, velocity);
+    if (!raw) return std::nullopt;
+    const double row = raw->y() / (lens_.height_px - 1) - 0.5;
+    if (!view_.HasRollingShutter()) {
+      const Eigen::Vector2d slope = (px - camera_.principal_px) / camera_.focal_px;
+      return Sight{(R_cam_view_ * slope.homogeneous()).hnormalized(), row};
+    }
+    const std::optional<Eigen::Vector3d> ray = lens_.Ray(*raw);
+    if (!ray || ray->z() <= 0) return std::nullopt;
+    return Sight{ray->hnormalized(), row};
   }
 
-  [[nodiscard]] calibration::PointCorrespondence CorrespondenceOf(
-      const registration::PlaneShift& shift) const {
+  [[nodiscard]] std::optional<calibration::PointCorrespondence> CorrespondenceOf(
+      const registration::PlaneShift& shift,
+      const Twist2& first_velocity,
+      const Twist2& second_velocity) const {
+    const std::optional<Sight> first = SightOf(shift.block.point, first_velocity);
+    const std::optional<Sight> second = SightOf(shift.seen, second_velocity);
+    if (!first || !second) return std::nullopt;
     const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
     const Eigen::LLT<Eigen::Matrix2d> root(information + 1e-9 * Eigen::Matrix2d::Identity());
-    return {Ray(shift.block.point), Ray(shift.seen), root.matrixU().toDenseMatrix()};
+    return calibration::PointCorrespondence{
+        first->ray, second->ray, first->row, second->row, root.matrixU().toDenseMatrix()};
   }
 
   calib::CeilingView view_;
   registration::PlaneCamera camera_;
+  calib::Lens lens_;
   Eigen::Matrix3d R_cam_view_;
   registration::Registrar registrar_;
+  std::vector<Twist2> velocities_;  // of base, at the keyframes
   std::vector<registration::FrameSpectrum> spectra_;
 };
 
@@ -75,12 +120,14 @@ class PairRegistrar {
 calibration::Recording MeasurePairs(const CeilingRecording& recording,
                                     const calib::MountedCamera& up,
                                     double ceiling_height_m,
-                                    const std::vector<Pose2>& cameras,
+                                    const KnownMotion& motion,
                                     bool accurate) {
   constexpr std::array<std::size_t, 12> kDistances{1, 2, 3, 5, 8, 12, 18, 26, 36, 48, 62, 78};
   constexpr double kMinOverlap = 0.35;
-  PairRegistrar registrar(recording, up, ceiling_height_m);
+  const std::vector<Pose2>& cameras = motion.cameras;
+  PairRegistrar registrar(recording, up, ceiling_height_m, motion.velocities);
   calibration::Recording measured;
+  measured.velocities = motion.velocities;
   for (const Pose2& camera : cameras) {
     measured.cameras.push_back(cameras.front().Inverse() * camera);
   }

@@ -9,16 +9,22 @@
 
 namespace ceilmap::mount {
 
+/// The motion of a recording's camera as far as it is known, in units of the ceiling's distance.
+struct KnownMotion {
+  std::vector<Pose2> cameras;                         ///< T_first_camera of the keyframes
+  std::vector<calibration::ViewVelocity> velocities;  ///< at the keyframes
+};
+
 /// Ceiling points that two keyframes show, for many pairs: consecutive keyframes, and keyframes
 /// farther apart as long as they overlap by at least 35 %.
 /// @param up  the camera as far as it is known.
-/// @param cameras  poses of the keyframes' cameras as far as they are known.
+/// @param motion  The images of a rolling shutter are drawn with its velocities.
 /// @param accurate  camera and poses are known to one or two pixels over the image. Otherwise the
 ///   motion of each pair is refined first, tilt included.
 calibration::Recording MeasurePairs(const CeilingRecording& recording,
                                     const calib::MountedCamera& up,
                                     double ceiling_height_m,
-                                    const std::vector<Pose2>& cameras,
+                                    const KnownMotion& motion,
                                     bool accurate);
 
 }  // namespace ceilmap::mount

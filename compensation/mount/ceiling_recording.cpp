@@ -27,12 +27,14 @@ CeilingRecorder::CeilingRecorder(const std::string& name, const calib::CeilingVi
   recording_.name = name;
 }
 
-bool CeilingRecorder::Add(const cv::Mat& image, double stamp_s) {
+bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
+  recording_.has_stamps = stamp_s.has_value();
+  const double time_s = stamp_s.value_or(static_cast<double>(recording_.frames));
   ++recording_.frames;
-  AnalyzedKeyframe current{{image.clone(), {}, stamp_s},
-                           registrar_.Analyze(view_.Rectify(image, buffer_))};
+  AnalyzedKeyframe current{
+      {image.clone(), {}, {}, time_s}, path_.size(), registrar_.Analyze(view_.Rectify(image, buffer_))};
   if (recording_.keyframes.empty()) {
-    recording_.track.push_back({stamp_s, {}});
+    path_.push_back({time_s, {}});
     Keep(std::move(current));
     return true;
   }
@@ -47,7 +49,7 @@ bool CeilingRecorder::Add(const cv::Mat& image, double stamp_s) {
   step_ = T_first_last_.Inverse() * T_first_current;
   T_first_last_ = T_first_current;
   current.keyframe.T_first_camera = T_first_current;
-  recording_.track.push_back({stamp_s, T_first_current});
+  path_.push_back({time_s, T_first_current});
   if (IsFarFromKeyframe(*T_key_current)) {
     Keep(std::move(current));
     last_.reset();
@@ -59,6 +61,9 @@ bool CeilingRecorder::Add(const cv::Mat& image, double stamp_s) {
 
 CeilingRecording CeilingRecorder::Finish() {
   if (last_) Keep(std::move(*last_));
+  for (std::size_t i = 0; i < recording_.keyframes.size(); ++i) {
+    recording_.keyframes[i].velocity = VelocityAt(path_, path_indices_[i]);
+  }
   recording_.has_depth = 2 * matched_with_depth_ > recording_.frames;
   return std::move(recording_);
 }
@@ -106,10 +111,15 @@ void CeilingRecorder::Keep(AnalyzedKeyframe frame) {
   T_first_last_ = key_.keyframe.T_first_camera;
   std::vector<CeilingKeyframe>& keyframes = recording_.keyframes;
   keyframes.push_back(key_.keyframe);
+  path_indices_.push_back(key_.path_index);
   if (keyframes.size() < kMaxKeyframes) return;
-  std::vector<CeilingKeyframe> half;
-  for (std::size_t i = 0; i < keyframes.size(); i += 2) half.push_back(std::move(keyframes[i]));
-  keyframes = std::move(half);
+  const std::size_t half = (keyframes.size() + 1) / 2;
+  for (std::size_t i = 1; i < half; ++i) {
+    keyframes[i] = std::move(keyframes[2 * i]);
+    path_indices_[i] = path_indices_[2 * i];
+  }
+  keyframes.resize(half);
+  path_indices_.resize(half);
   min_distance_ratio_ *= 2;
   min_turn_rad_ *= 2;
 }

@@ -8,6 +8,8 @@
 
 #include "calib/base/pose2.hpp"
 #include "calib/ceiling_view.hpp"
+#include "calib/solve/rig_solver.hpp"
+#include "compensation/mount/view_velocities.hpp"
 #include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -19,13 +21,9 @@ struct CeilingKeyframe {
   /// Rough pose of the camera, from image to image: p_first = T_first_camera * p_camera, with x
   /// right and y down as in a level image. In units of the distance between ceiling and camera.
   Pose2 T_first_camera;
-  double stamp_s = 0;
-};
-
-/// The pose of a frame, as in CeilingKeyframe.
-struct TrackedFrame {
-  double stamp_s = 0;
-  Pose2 T_first_camera;
+  /// Of the camera, in the same units. Of recordings without stamps: per interval between images.
+  calibration::ViewVelocity velocity;
+  double stamp_s = 0;  ///< of recordings without stamps: number of the image
 };
 
 /// A turn on the spot or a drive under the ceiling.
@@ -33,9 +31,9 @@ struct CeilingRecording {
   std::string name;  ///< for messages
   /// Among them the first and the last image that matched. At most 96.
   std::vector<CeilingKeyframe> keyframes;
-  std::vector<TrackedFrame> track;  ///< of all images that matched, in order of time
-  std::int64_t frames = 0;          ///< all images, with those that did not match
-  bool has_depth = false;           ///< most keyframes show parts below the ceiling's plane
+  std::int64_t frames = 0;  ///< all images, with those that did not match
+  bool has_stamps = false;  ///< of all images
+  bool has_depth = false;   ///< most images show parts below the plane of the ceiling
 };
 
 /// Selects the keyframes of a recording: images that are at least a fixed distance or turn apart.
@@ -50,10 +48,11 @@ class CeilingRecorder {
   /// Registers the next image to the last keyframe, or to the last image if it is too far from
   /// that.
   /// @param image  CV_8UC1, as the camera took it, of the view's camera.
-  /// @param stamp_s  only kept, for users of the recording that need times.
+  /// @param stamp_s  Its time, later than that of the image before. Needed for the read-out time of
+  ///   a rolling shutter; either all images have one, or none.
   /// @return false when it matches neither: the image is not used. Several consecutive ones mean
   ///   that the recording cannot be used.
-  bool Add(const cv::Mat& image, double stamp_s = 0);
+  bool Add(const cv::Mat& image, std::optional<double> stamp_s = std::nullopt);
 
   /// The whole recording. To be called once, after the last image.
   CeilingRecording Finish();
@@ -61,6 +60,7 @@ class CeilingRecorder {
  private:
   struct AnalyzedKeyframe {
     CeilingKeyframe keyframe;
+    std::size_t path_index = 0;
     registration::FrameSpectrum spectrum;
   };
 
@@ -75,6 +75,8 @@ class CeilingRecorder {
   cv::Mat buffer_;
   CeilingRecording recording_;
   std::int64_t matched_with_depth_ = 0;
+  std::vector<TimedPose> path_;            // of all images that matched
+  std::vector<std::size_t> path_indices_;  // of the keyframes
   AnalyzedKeyframe key_;
   std::optional<AnalyzedKeyframe> last_;  // unless it is the keyframe
   Pose2 T_first_last_;

@@ -37,7 +37,7 @@ Matrix3d LevelOf(const calib::MountedCamera& up) {
   return calib::CeilingView(up, up.T_base_cam.translation().z() + 1).T_base_camera().linear();
 }
 
-// The camera with the rotation that a fit found.
+// The camera with the rotation and the read-out time that a fit found.
 calib::MountedCamera Tilted(const calib::MountedCamera& up, const DriveSolution& solution) {
   const Matrix3d R_base_level = LevelOf(up);
   const Eigen::Vector3d turn(solution.errors[calibration::kCameraTiltX],
@@ -48,6 +48,7 @@ calib::MountedCamera Tilted(const calib::MountedCamera& up, const DriveSolution&
   calib::MountedCamera result = up;
   result.T_base_cam.linear() =
       R_base_level * tilt * R_base_level.transpose() * up.T_base_cam.linear();
+  result.readout_time_s = solution.errors[calibration::kCameraReadout];
   return result;
 }
 
@@ -220,6 +221,46 @@ void CheckDistance(const calib::Rig& rig,
               kScaleLimitRatio * stated_m};
 }
 
+struct Measurements {
+  Drive drive;
+  DriveSolution solution;
+  bool depth = false;  // of the ceiling
+};
+
+// Blocks are measured more accurately where camera and poses are known better.
+std::optional<Measurements> MeasureAgainAndAgain(const calib::MountedCamera& up,
+                                                 DriveMeasurer& measurer) {
+  constexpr int kRounds = 3;
+  constexpr double kAccuratePx = 0.5;
+  constexpr double kLeastDepth = 0.01;
+  constexpr double kSettledRad = 0.1 * kRadPerDeg;
+  constexpr double kSettledS = 0.001;
+  Measurements result;
+  // A plane that is fitted to things at several heights would be tilted. Errors of the rig can look
+  // like depth until they are estimated.
+  result.depth = measurer.HasDepth();
+  bool accurate = result.depth;
+  calib::MountedCamera known = up;
+  for (int round = 0; round < kRounds; ++round) {
+    result.drive = measurer.Measure(known, accurate);
+    result.solution = calibration::SolveDrive(up, result.drive, {});
+    if (!result.solution.ok) return std::nullopt;
+    measurer.Improve(result.solution.cameras);
+    const calib::MountedCamera better = Tilted(up, result.solution);
+    const Eigen::AngleAxisd turn(better.T_base_cam.linear().transpose() *
+                                 known.T_base_cam.linear());
+    const double by_s = std::abs(better.readout_time_s - known.readout_time_s);
+    const bool was_depth = result.depth;
+    result.depth = measurer.HasDepth() && result.solution.depth_ratio > kLeastDepth;
+    const bool settled = std::abs(turn.angle()) < kSettledRad && by_s < kSettledS &&
+                         result.depth == was_depth;
+    if (round > 0 && settled) break;
+    known = better;
+    accurate = result.depth || result.solution.sigma_px < kAccuratePx;
+  }
+  return result;
+}
+
 }  // namespace
 
 bool Checked::IsWrong() const {
@@ -235,24 +276,16 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
                                      const DriveKnowledge& knowledge) {
   const calib::MountedCamera& up = *rig.up;
   DriveMeasurer measurer(rig.ceiling_height_m, parts);
+  const std::vector<DriveStep> rough_steps = measurer.Steps();
   DriveCheck check;
   check.focal_px = FocalOf(up);
-  // A plane that is fitted to things at several heights would be tilted.
-  bool depth = measurer.HasDepth();
-  const std::vector<DriveStep> rough_steps = measurer.Steps();
-  Drive drive = measurer.Measure(up, depth);
-  check.camera = calibration::SolveDrive(up, drive, {});
-  if (!check.camera.ok) return std::nullopt;
-  measurer.Improve(check.camera.cameras);
-  // Errors of the rig can look like depth until they are estimated.
-  constexpr double kLeastDepth = 0.01;
-  depth = depth && check.camera.depth_ratio > kLeastDepth;
-  constexpr double kAccuratePx = 0.5;
-  drive = measurer.Measure(Tilted(up, check.camera), depth || check.camera.sigma_px < kAccuratePx);
-  check.camera = calibration::SolveDrive(up, drive, {});
-  check.with_lens = calibration::SolveDrive(up, drive, {.radial = true});
-  const DriveSolution with_focal = calibration::SolveDrive(up, drive, {.focal = true});
-  if (!check.camera.ok || !check.with_lens.ok || !with_focal.ok) return std::nullopt;
+  const std::optional<Measurements> measured = MeasureAgainAndAgain(up, measurer);
+  if (!measured) return std::nullopt;
+  check.camera = measured->solution;
+  check.with_lens = calibration::SolveDrive(up, measured->drive, {.radial = true});
+  const DriveSolution with_focal =
+      calibration::SolveDrive(up, measured->drive, {.focal = true});
+  if (!check.with_lens.ok || !with_focal.ok) return std::nullopt;
   CheckLens(up, check);
   CheckFocal(up, with_focal, check);
   if (check.lens_px.IsWrong() && !check.focal_explains_lens) {
@@ -263,7 +296,7 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
   measurer.Improve(check.camera.cameras);
   // The rough poses have the scale of the ceiling's plane, which the fit loses where most points are
   // below it.
-  const std::vector<DriveStep> steps = depth ? rough_steps : measurer.Steps();
+  const std::vector<DriveStep> steps = measured->depth ? rough_steps : measurer.Steps();
   for (const DriveStep& step : steps) check.turn_rad += std::abs(step.turn_rad);
   const double scale_doubt = check.camera.depth_ratio;
   CheckDirection(steps, knowledge, check);

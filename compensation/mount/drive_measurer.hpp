@@ -4,6 +4,7 @@
 
 #include "calib/rig.hpp"
 #include "calib/solve/drive_solver.hpp"
+#include "compensation/mount/ceiling_pairs.hpp"
 #include "compensation/mount/ceiling_recording.hpp"
 #include "compensation/mount/wheel_motion.hpp"
 
@@ -28,8 +29,7 @@ class DriveMeasurer {
  private:
   double ceiling_height_m_;
   const std::vector<CeilingRecording>& parts_;
-  std::vector<std::vector<Pose2>> cameras_;
-  std::vector<Twist2> velocities_;
+  std::vector<KnownMotion> motions_;  // of the parts
   std::vector<double> stamps_s_;
 };
 

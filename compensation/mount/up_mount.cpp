@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "compensation/mount/ceiling_pairs.hpp"
+#include "compensation/mount/view_velocities.hpp"
 
 namespace ceilmap::mount {
 namespace {
@@ -129,62 +131,163 @@ std::vector<Pose2> CamerasOf(const std::vector<Pose2>& views, const Vector2d& ce
   return cameras;
 }
 
+std::vector<calibration::ViewVelocity> RoughVelocities(const CeilingRecording& recording) {
+  std::vector<calibration::ViewVelocity> velocities;
+  velocities.reserve(recording.keyframes.size());
+  for (const CeilingKeyframe& keyframe : recording.keyframes) {
+    velocities.push_back(keyframe.velocity);
+  }
+  return velocities;
+}
+
+KnownMotion RoughMotion(const CeilingRecording& recording) {
+  return {RoughPoses(recording), RoughVelocities(recording)};
+}
+
+KnownMotion MotionOf(const CeilingRecording& recording,
+                     const std::vector<Pose2>& views,
+                     const Vector2d& centre) {
+  std::vector<Pose2> cameras = CamerasOf(views, centre);
+  std::vector<calibration::ViewVelocity> velocities =
+      RefineVelocities(RoughPoses(recording), RoughVelocities(recording), cameras);
+  return {std::move(cameras), std::move(velocities)};
+}
+
+// The read-out time enters with an image motion of 1 rad/s.
 double Change(const RigMount& a, const RigMount& b) {
   return std::max({(a.tilt_rad - b.tilt_rad).norm(),
                    (a.centre - b.centre).norm(),
-                   std::abs(WrapAngle(a.yaw_rad - b.yaw_rad))});
+                   std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)),
+                   std::abs(a.readout_time_s - b.readout_time_s)});
 }
 
 // Alternates measurement and fit: blocks are measured more accurately with a better prediction of
 // the motion between the images, and when the images are more level.
-RigSolution Solve(const calib::Rig& rig,
-                  const CeilingRecording& spin,
-                  const CeilingRecording& straight,
-                  double lens_sigma_px) {
-  calib::MountedCamera up = *rig.up;
-  std::vector<Pose2> spin_cameras = RoughPoses(spin);
-  std::vector<Pose2> straight_cameras = RoughPoses(straight);
-  calibration::RigSolverParams params;
-  params.focal_px = std::sqrt(up.camera.fx * up.camera.fy);
-  params.lens_sigma_px = lens_sigma_px;
-  RigMount mount = MountOf(up.T_base_cam.linear());
-  RigSolution solution;
-  constexpr int kMaxRounds = 8;
-  constexpr double kSettled = 2e-5;  // rad, or relative to the distance of the ceiling
-  for (int round = 0; round < kMaxRounds; ++round) {
-    const auto measure = [&](const CeilingRecording& recording, const std::vector<Pose2>& cameras) {
-      return MeasurePairs(recording, up, rig.ceiling_height_m, cameras, round > 0);
+class MountSolver {
+ public:
+  MountSolver(const calib::Rig& rig,
+              const CeilingRecording& spin,
+              const CeilingRecording& straight,
+              double lens_sigma_px)
+      : ceiling_height_m_(rig.ceiling_height_m),
+        spin_(spin),
+        straight_(straight),
+        up_(*rig.up),
+        spin_motion_(RoughMotion(spin)),
+        straight_motion_(RoughMotion(straight)) {
+    params_.focal_px = std::sqrt(up_.camera.fx * up_.camera.fy);
+    params_.lens_sigma_px = lens_sigma_px;
+    mount_ = MountOf(up_.T_base_cam.linear());
+    mount_.readout_time_s = up_.readout_time_s;
+  }
+
+  // Repeats the rounds until the mount does not change. @return the last solution.
+  RigSolution Settle(std::optional<double> held_readout_s) {
+    params_.readout_is_free = !held_readout_s;
+    if (held_readout_s) mount_.readout_time_s = *held_readout_s;
+    constexpr int kMaxRounds = 10;
+    constexpr double kSettled = 2e-5;  // rad, or relative to the distance of the ceiling
+    RigSolution solution;
+    for (int round = 0; round < kMaxRounds; ++round) {
+      const bool first = rounds_++ == 0;
+      solution = Round(first);
+      const double change = Change(mount_, solution.mount);
+      mount_ = solution.mount;
+      up_.T_base_cam.linear() = RotationOf(mount_);
+      spin_motion_ = MotionOf(spin_, solution.spin, mount_.centre);
+      straight_motion_ = MotionOf(straight_, solution.straight, mount_.centre);
+      if (!first && change < kSettled) break;
+    }
+    return solution;
+  }
+
+ private:
+  RigSolution Round(bool first) {
+    up_.readout_time_s = mount_.readout_time_s;
+    const auto measure = [&](const CeilingRecording& recording, const KnownMotion& motion) {
+      return MeasurePairs(recording, up_, ceiling_height_m_, motion, !first);
     };
     auto driving =
-        std::async(std::launch::async, [&] { return measure(straight, straight_cameras); });
-    const calibration::Recording spun = measure(spin, spin_cameras);
+        std::async(std::launch::async, [&] { return measure(straight_, straight_motion_); });
+    const calibration::Recording spun = measure(spin_, spin_motion_);
     const calibration::Recording driven = driving.get();
-    if (round == 0) {
-      const Vector2d tilt = mount.tilt_rad;
-      mount = calibration::GuessMount(spun, driven);
-      mount.tilt_rad = tilt;
+    if (first) {
+      const RigMount known = mount_;
+      mount_ = calibration::GuessMount(spun, driven);
+      mount_.tilt_rad = known.tilt_rad;
+      mount_.readout_time_s = known.readout_time_s;
     }
-    solution = calibration::SolveRig(spun, driven, mount, params);
+    RigSolution solution = calibration::SolveRig(spun, driven, mount_, params_);
     if (!solution.ok) {
       throw InputError(
           fmt::format("{}: too few places of the ceiling could be followed; record it under a "
                       "ceiling with more texture",
-                      spin.name));
+                      spin_.name));
     }
-    const double change = Change(mount, solution.mount);
-    mount = solution.mount;
-    up.T_base_cam.linear() = RotationOf(mount);
-    spin_cameras = CamerasOf(solution.spin, mount.centre);
-    straight_cameras = CamerasOf(solution.straight, mount.centre);
-    if (round > 0 && change < kSettled) break;
+    return solution;
   }
-  return solution;
+
+  double ceiling_height_m_;
+  const CeilingRecording& spin_;
+  const CeilingRecording& straight_;
+  calib::MountedCamera up_;
+  KnownMotion spin_motion_;
+  KnownMotion straight_motion_;
+  calibration::RigSolverParams params_;
+  RigMount mount_;
+  int rounds_ = 0;
+};
+
+bool Moves(const CeilingRecording& recording) {
+  constexpr double kMinRate = 1e-3;  // rad, or distances of the ceiling, per second
+  return std::any_of(
+      recording.keyframes.begin(), recording.keyframes.end(), [](const CeilingKeyframe& keyframe) {
+        return std::hypot(keyframe.velocity.linear.norm(), keyframe.velocity.yaw_rad_s) > kMinRate;
+      });
+}
+
+// The mount and the read-out time. A camera whose read-out time cannot be told from 0, or not at
+// all, is solved again with a known one: the mount is then more accurate.
+void Solve(const calib::Rig& rig,
+           const CeilingRecording& spin,
+           const CeilingRecording& straight,
+           double lens_sigma_px,
+           UpMount& result) {
+  constexpr double kMaxSigmaS = 0.003;
+  constexpr double kSignificant = 3;
+  const double known_s = rig.up->readout_time_s;
+  const bool has_stamps = spin.has_stamps && straight.has_stamps;
+  calib::Rig start = rig;
+  if (!has_stamps) start.up->readout_time_s = 0;  // another unit: intervals between images
+  MountSolver solver(start, spin, straight, lens_sigma_px);
+  ReadoutFinding& readout = result.readout;
+  readout.used_s = known_s;
+  if (!Moves(spin) && !Moves(straight)) {
+    result.solution = solver.Settle(0);
+    return;
+  }
+  result.solution = solver.Settle(std::nullopt);
+  readout.readout_time_s = {
+      result.solution.mount.readout_time_s,
+      std::sqrt(result.solution.covariance(calibration::kReadout, calibration::kReadout))};
+  const double sigma_s = readout.readout_time_s.sigma;
+  readout.is_determined = has_stamps && sigma_s <= kMaxSigmaS;
+  readout.is_rolling = std::abs(readout.readout_time_s.value) > kSignificant * sigma_s;
+  if (readout.is_determined && (readout.is_rolling || known_s != 0)) {
+    readout.used_s = readout.readout_time_s.value;
+  } else if (has_stamps) {
+    if (readout.is_determined) readout.used_s = 0;
+    result.solution = solver.Settle(readout.used_s);
+  } else if (!readout.is_rolling) {
+    result.solution = solver.Settle(0);
+  }
 }
 
 // Z with its deviation, and the heights and lengths that follow from it.
 void SetScale(const calib::Rig& rig, const TapeMeasures& tape, UpMount& result) {
   const RigSolution& solution = result.solution;
-  const double travel_ratio = std::sqrt(solution.covariance(5, 5)) / solution.travel;
+  const double travel_ratio =
+      std::sqrt(solution.covariance(calibration::kTravel, calibration::kTravel)) / solution.travel;
   double Z = 0;
   double sigma = 0;
   result.camera_z_m = {rig.up->T_base_cam.translation().z(), 0};
@@ -220,7 +323,8 @@ void SetPosition(const calib::Rig& rig, UpMount& result) {
   J.leftCols<2>() = Pose2{0, 0, mount.yaw_rad}.Rotation();
   J.col(2) = Vector2d(-in_base.y(), in_base.x());
   const Eigen::Matrix2d spread =
-      J * result.solution.covariance.block<3, 3>(2, 2) * J.transpose() * Z * Z +
+      J * result.solution.covariance.block<3, 3>(calibration::kCentreX, calibration::kCentreX) *
+          J.transpose() * Z * Z +
       in_base * in_base.transpose() * result.distance_m.sigma * result.distance_m.sigma;
   const double mast_x = rig.up->T_base_cam.translation().x();
   result.axle_behind_mast_m = {Z * in_base.x() - mast_x, std::sqrt(spread(0, 0))};
@@ -231,7 +335,8 @@ void SetAngles(UpMount& result) {
   const RigMount& mount = result.solution.mount;
   const Matrix3d R = RotationOf(mount);
   const auto& covariance = result.solution.covariance;
-  result.yaw_rad = {std::atan2(-R(0, 1), R(0, 0)), std::sqrt(covariance(4, 4))};
+  result.yaw_rad = {std::atan2(-R(0, 1), R(0, 0)),
+                    std::sqrt(covariance(calibration::kYaw, calibration::kYaw))};
   // p_base = Rx(roll) Ry(pitch) Rz(yaw) p_cam: the third column is Rx(roll) Ry(pitch) z.
   result.pitch_rad.value = std::asin(R(0, 2));
   result.roll_rad.value = std::atan2(-R(1, 2), R(2, 2));
@@ -288,7 +393,7 @@ UpMount MeasureUpMount(const calib::Rig& rig,
   CheckSpin(spin);
   CheckStraight(straight, rig.ceiling_height_m - rig.up->T_base_cam.translation().z());
   UpMount result;
-  result.solution = Solve(rig, spin, straight, lens_sigma_px);
+  Solve(rig, spin, straight, lens_sigma_px, result);
   SetScale(rig, tape, result);
   SetPosition(rig, result);
   SetAngles(result);

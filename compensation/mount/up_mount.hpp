@@ -19,6 +19,20 @@ struct TapeMeasures {
   [[nodiscard]] bool GivesCameraHeight() const { return ceiling_height_m && distance_m; }
 };
 
+/// What the recordings tell about the rolling shutter of the camera.
+struct ReadoutFinding {
+  /// True when the recordings have stamps, and the standard deviation is at most 3 ms.
+  bool is_determined = false;
+  Measured readout_time_s;  ///< as calib::MountedCamera; sigma 0: nothing moved
+  /// What the mount was measured with, and what the rig should state: the measured one if it is
+  /// determined. 0 if this is within three standard deviations of 0 and the rig states none. If it
+  /// is not determined, the rig's.
+  double used_s = 0;
+  /// The rows are exposed one after the other (three standard deviations). Also known without
+  /// stamps: then the mount was measured with a delay in intervals between images.
+  bool is_rolling = false;
+};
+
 /// The mount of the upward camera in the rig's terms. The angles are those of the camera's optical
 /// frame in base: p_base = Rx(roll) Ry(pitch) Rz(yaw) p_cam + t.
 struct UpMount {
@@ -33,6 +47,7 @@ struct UpMount {
   Measured m_per_px;        ///< on the ceiling, of a level image
   Measured drive_length_m;  ///< of the straight drive, from its first image to its last
   Eigen::Isometry3d T_base_up = Eigen::Isometry3d::Identity();
+  ReadoutFinding readout;
   calibration::RigSolution solution;
   double axle_motion_m = 0;    ///< of the axle in the spin, RMS
   double spin_turn_rad = 0;    ///< range of the headings of the spin
@@ -45,7 +60,8 @@ struct UpMount {
 ///
 /// @param rig  has an upward camera with known intrinsics, and its mount as far as it is known:
 ///   errors of some degrees of tilt are permitted. Its x in base is kept. Its height and the
-///   ceiling's height are used where the tape measures do not give them.
+///   ceiling's height are used where the tape measures do not give them. Its read-out time is the
+///   initial value.
 /// @param lens_sigma_px  error that the intrinsics may cause at the image's edge, > 0; see
 ///   calibration::RigSolverParams.
 /// @throws InputError when the rig has no upward camera or nothing gives the scale; and with the

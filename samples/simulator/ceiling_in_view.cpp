@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 namespace ceilmap::simulator {
 namespace {
@@ -13,6 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kMinRise = 1e-3;  // minimum slope of a ray that hits the ceiling
+constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -20,7 +23,8 @@ CeilingInView::CeilingInView(const Room& room,
                              const CeilingTexture& texture,
                              const DeckRibs& ribs,
                              const CameraRays& rays,
-                             const Eigen::Isometry3d& T_map_cam)
+                             const Eigen::Isometry3d& T_map_cam,
+                             cv::Range rows)
     : room_(room),
       ribs_(ribs),
       pixel_span_(static_cast<float>(rays.PixelSpan())),
@@ -30,10 +34,20 @@ CeilingInView::CeilingInView(const Room& room,
   if (ribs.Exist()) {
     rib_phase_ = static_cast<float>(std::fmod(camera_.y(), ribs.EveryM()));
   }
-  FindFootprint(rays);
-  const Vector2d low = footprint_.isEmpty() ? Vector2d(0, 0) : footprint_.min();
-  const Vector2d high = footprint_.isEmpty() ? Vector2d(0, 0) : footprint_.max();
-  window_ = texture.Window(low.x(), low.y(), high.x(), high.y());
+  const AlignedBox2d ceiling(Vector2d(0, 0), Vector2d(room.length_m, room.width_m));
+  for (const CameraRays::Block& block : rays.Blocks()) footprint_.extend(FootprintOf(block, 0));
+  footprint_ = footprint_.intersection(ceiling);
+  std::vector<AlignedBox2d> needed;
+  for (const CameraRays::Block& block : rays.Blocks()) {
+    for (const CameraRays::Block& part : block.parts) {
+      if (part.pixels.y > rows.end || part.pixels.br().y < rows.start) continue;
+      AlignedBox2d seen = FootprintOf(part, 0);
+      if (ribs.Exist()) seen.extend(FootprintOf(part, ribs.DepthM()));
+      needed.push_back(seen.intersection(ceiling));
+    }
+  }
+  const AlignedBox2d nothing(Vector2d(0, 0), Vector2d(0, 0));
+  window_ = texture.Window(footprint_.isEmpty() ? nothing : footprint_, needed);
   // p + (h - p.z) R (x, y, 1) / (R.row(2) (x, y, 1)), as one fraction.
   const double rise = room.height_m - camera_.z();
   const auto column0 = static_cast<double>(window_.column0);
@@ -48,27 +62,25 @@ CeilingInView::CeilingInView(const Room& room,
   to_row_ = (row / window_.pitch_y_m).cast<float>();
 }
 
-std::optional<Vector2d> CeilingInView::At(double x, double y) const {
+std::optional<Vector2d> CeilingInView::At(double x, double y, double above_m) const {
   const Vector3d direction = R_map_cam_ * Vector3d(x, y, 1);
   if (!(direction.z() > kMinRise)) return std::nullopt;
-  return (camera_ + (room_.height_m - camera_.z()) / direction.z() * direction).head<2>();
+  const double rise = room_.height_m + above_m - camera_.z();
+  return (camera_ + rise / direction.z() * direction).head<2>();
 }
 
-void CeilingInView::FindFootprint(const CameraRays& rays) {
-  const AlignedBox2d room(Vector2d(0, 0), Vector2d(room_.length_m, room_.width_m));
-  bool endless = false;  // some rays never reach the ceiling
-  for (const CameraRays::Block& block : rays.Blocks()) {
-    const cv::Rect2d& r = block.rays;
-    if (!(r.width >= 0)) continue;
-    for (const double x : {r.x, r.x + r.width}) {
-      for (const double y : {r.y, r.y + r.height}) {
-        const auto at = At(x, y);
-        if (at) footprint_.extend(*at);
-        endless |= !at;
-      }
+AlignedBox2d CeilingInView::FootprintOf(const CameraRays::Block& block, double above_m) const {
+  AlignedBox2d footprint;
+  const cv::Rect2d& r = block.rays;
+  if (!(r.width >= 0)) return footprint;
+  for (const double x : {r.x, r.x + r.width}) {
+    for (const double y : {r.y, r.y + r.height}) {
+      const auto at = At(x, y, above_m);
+      if (!at) return {Vector2d::Constant(-kEndless), Vector2d::Constant(kEndless)};
+      footprint.extend(*at);
     }
   }
-  footprint_ = endless ? room : footprint_.intersection(room);
+  return footprint;
 }
 
 bool CeilingInView::Fills(const CameraRays::Block& block) const {

@@ -13,11 +13,13 @@ namespace ceilmap::simulator {
 /// The ceiling relative to one camera pose.
 class CeilingInView {
  public:
+  /// @param rows  Of the image: Light is that of rays in these and the parts next to them.
   CeilingInView(const Room& room,
                 const CeilingTexture& texture,
                 const DeckRibs& ribs,
                 const CameraRays& rays,
-                const Eigen::Isometry3d& T_map_cam);
+                const Eigen::Isometry3d& T_map_cam,
+                cv::Range rows);
 
   /// The part of the ceiling that the camera may see, the whole ceiling if some rays never reach
   /// it. Empty when it sees nothing.
@@ -33,8 +35,11 @@ class CeilingInView {
   void Light(const float* x, const float* y, int count, float* light) const;
 
  private:
-  [[nodiscard]] std::optional<Eigen::Vector2d> At(double x, double y) const;
-  void FindFootprint(const CameraRays& rays);
+  [[nodiscard]] std::optional<Eigen::Vector2d> At(double x, double y, double above_m = 0) const;
+  /// What a block may show of the ceiling, not limited to the room; empty when it has no rays.
+  /// @param above_m  Height above the ceiling to which its rays go on.
+  [[nodiscard]] Eigen::AlignedBox2d FootprintOf(const CameraRays::Block& block,
+                                                double above_m) const;
   /// Samples of the texture that rays see, `count` at most kMaxSamples.
   void Find(const float* x, const float* y, int count, float* column, float* row) const;
   /// Moves the samples to the surfaces of the ribs. @param shade  Factors of their light.

@@ -1,5 +1,6 @@
 #include "samples/simulator/ceiling_texture.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -13,6 +14,26 @@ constexpr std::int64_t kMaxTexels = 4096;
 
 std::int64_t FloorToInt(double value) {
   return static_cast<std::int64_t>(std::floor(value));
+}
+
+std::int64_t TileOf(std::int64_t texel) {
+  return FloorToInt(static_cast<double>(texel) / CeilingTexture::kTileSize);
+}
+
+/// Texels of an area and a margin of two.
+struct Texels {
+  std::int64_t column0;
+  std::int64_t row0;
+  std::int64_t columns;
+  std::int64_t rows;
+};
+
+Texels TexelsOf(const Eigen::AlignedBox2d& area, double pitch_x_m, double pitch_y_m) {
+  Texels texels{
+      FloorToInt(area.min().x() / pitch_x_m) - 2, FloorToInt(area.min().y() / pitch_y_m) - 2, 0, 0};
+  texels.columns = FloorToInt(area.max().x() / pitch_x_m) + 3 - texels.column0;
+  texels.rows = FloorToInt(area.max().y() / pitch_y_m) + 3 - texels.row0;
+  return texels;
 }
 
 }  // namespace
@@ -50,31 +71,51 @@ std::size_t CeilingTexture::KeyHash::operator()(const Key& key) const {
   return HashAt(static_cast<std::uint64_t>(key.level), key.column, key.row);
 }
 
-CeilingWindow CeilingTexture::Window(double x0_m, double y0_m, double x1_m, double y1_m) const {
+CeilingWindow CeilingTexture::Window(const Eigen::AlignedBox2d& area) const {
+  return Window(area, {area});
+}
+
+CeilingWindow CeilingTexture::Window(const Eigen::AlignedBox2d& area,
+                                     const std::vector<Eigen::AlignedBox2d>& parts) const {
   CeilingWindow window{{}, 0, 0, pattern_.PitchX(), pattern_.PitchY()};
-  std::int64_t columns = 0;
-  std::int64_t rows = 0;
-  int level = -1;
-  do {
-    if (++level > 0) {
-      window.pitch_x_m *= 2;
-      window.pitch_y_m *= 2;
-    }
-    window.column0 = FloorToInt(x0_m / window.pitch_x_m) - 2;
-    window.row0 = FloorToInt(y0_m / window.pitch_y_m) - 2;
-    columns = FloorToInt(x1_m / window.pitch_x_m) + 3 - window.column0;
-    rows = FloorToInt(y1_m / window.pitch_y_m) + 3 - window.row0;
-  } while (std::max(columns, rows) > kMaxTexels);
-  const cv::Rect whole(0, 0, static_cast<int>(columns), static_cast<int>(rows));
-  window.light.create(whole.size(), CV_16UC1);
-  const auto first_column = FloorToInt(static_cast<double>(window.column0) / kTileSize);
-  const auto first_row = FloorToInt(static_cast<double>(window.row0) / kTileSize);
-  for (auto row = first_row; row * kTileSize < window.row0 + rows; ++row) {
-    for (auto column = first_column; column * kTileSize < window.column0 + columns; ++column) {
-      const cv::Point at(static_cast<int>(column * kTileSize - window.column0),
-                         static_cast<int>(row * kTileSize - window.row0));
-      const cv::Rect part = cv::Rect(at, cv::Size(kTileSize, kTileSize)) & whole;
-      Tile({level, column, row})(part - at).copyTo(window.light(part));
+  Texels whole = TexelsOf(area, window.pitch_x_m, window.pitch_y_m);
+  int level = 0;
+  while (std::max(whole.columns, whole.rows) > kMaxTexels) {
+    ++level;
+    window.pitch_x_m *= 2;
+    window.pitch_y_m *= 2;
+    whole = TexelsOf(area, window.pitch_x_m, window.pitch_y_m);
+  }
+  window.column0 = whole.column0;
+  window.row0 = whole.row0;
+  window.light.create(static_cast<int>(whole.rows), static_cast<int>(whole.columns), CV_16UC1);
+  const std::int64_t first_column = TileOf(whole.column0);
+  const std::int64_t first_row = TileOf(whole.row0);
+  cv::Mat_<std::uint8_t> filled(
+      static_cast<int>(TileOf(whole.row0 + whole.rows - 1) - first_row + 1),
+      static_cast<int>(TileOf(whole.column0 + whole.columns - 1) - first_column + 1),
+      std::uint8_t{0});
+  const auto fill = [&](int tile_row, int tile_column) {
+    if (filled(tile_row, tile_column) != 0) return;
+    filled(tile_row, tile_column) = 1;
+    const Key key{level, first_column + tile_column, first_row + tile_row};
+    const cv::Point at(static_cast<int>(key.column * kTileSize - window.column0),
+                       static_cast<int>(key.row * kTileSize - window.row0));
+    const cv::Rect shared = cv::Rect(at, cv::Size(kTileSize, kTileSize)) &
+                            cv::Rect(cv::Point(0, 0), window.light.size());
+    Tile(key)(shared - at).copyTo(window.light(shared));
+  };
+  for (const Eigen::AlignedBox2d& part : parts) {
+    if (part.isEmpty()) continue;
+    const Texels texels = TexelsOf(part, window.pitch_x_m, window.pitch_y_m);
+    const auto within = [](std::int64_t texel, std::int64_t first, int count) {
+      return std::clamp(static_cast<int>(TileOf(texel) - first), 0, count - 1);
+    };
+    const int last_row = within(texels.row0 + texels.rows - 1, first_row, filled.rows);
+    const int last_column = within(texels.column0 + texels.columns - 1, first_column, filled.cols);
+    for (int row = within(texels.row0, first_row, filled.rows); row <= last_row; ++row) {
+      int column = within(texels.column0, first_column, filled.cols);
+      for (; column <= last_column; ++column) fill(row, column);
     }
   }
   return window;

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <list>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <unordered_map>
+#include <vector>
 
 #include "samples/simulator/ceiling_pattern.hpp"
 
@@ -31,14 +33,18 @@ struct CeilingWindow {
 /// Level n has texels of 2^n x 2^n samples, for views too wide for single samples. Thread-safe.
 class CeilingTexture {
  public:
+  static constexpr int kTileSize = 256;  // texels
+
   CeilingTexture(const Scene& scene, double pitch_m) : pattern_(scene, pitch_m) {}
 
-  /// The window that contains x0..x1, y0..y1 (metres) and a margin of two texels, at the finest
-  /// level at which it is below 4096 x 4096 texels.
-  [[nodiscard]] CeilingWindow Window(double x0_m, double y0_m, double x1_m, double y1_m) const;
+  /// The window that contains an area (metres) and a margin of two texels, at the finest level at
+  /// which it is below 4096 x 4096 texels.
+  [[nodiscard]] CeilingWindow Window(const Eigen::AlignedBox2d& area) const;
+  /// The same window, with the light of some parts of it and their margins only.
+  [[nodiscard]] CeilingWindow Window(const Eigen::AlignedBox2d& area,
+                                     const std::vector<Eigen::AlignedBox2d>& parts) const;
 
  private:
-  static constexpr int kTileSize = 256;
   static constexpr std::size_t kMaxTiles = 700;  // of 128 kB each
 
   struct Key {

@@ -26,6 +26,7 @@ class DeckRibs {
            float* rise) const;
 
   [[nodiscard]] double EveryM() const { return every_m_; }
+  [[nodiscard]] double DepthM() const { return depth_m_; }
 
  private:
   double every_m_;

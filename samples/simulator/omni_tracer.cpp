@@ -94,7 +94,8 @@ OmniTracer::View::View(const OmniTracer& tracer,
       light_(tracer.rays_.Size(), kSurroundings),
       surface_(tracer.rays_.Size(), kNothing) {
   const Room& room = tracer.surfaces_.GetRoom();
-  window_ = tracer.ceiling_.Window(0, 0, room.length_m, room.width_m);
+  window_ =
+      tracer.ceiling_.Window({Eigen::Vector2d(0, 0), Eigen::Vector2d(room.length_m, room.width_m)});
   for (std::size_t i = 0; i < tracer.solids_.size(); ++i) {
     Add(tracer.solids_[i], tracer.paints_.Of(RoomSurfaces::SolidSurface(i, 0)));
   }

@@ -33,6 +33,10 @@ std::vector<cv::Point2d> Lattice(EdgeQuality edges) {
   return points;
 }
 
+bool Overlaps(const CameraRays::Block& block, const cv::Range& rows) {
+  return block.pixels.y < rows.end && block.pixels.br().y > rows.start;
+}
+
 }  // namespace
 
 /// The room relative to one camera pose.
@@ -42,8 +46,9 @@ class RayTracer::View {
        const CameraRays& rays,
        const Isometry3d& T_map_cam,
        const std::vector<PaintedSolid>& movers,
-       EdgeQuality edges);
-  [[nodiscard]] cv::Mat Trace(cv::Range rows);
+       EdgeQuality edges,
+       cv::Range rows);
+  [[nodiscard]] cv::Mat Trace();
 
  private:
   /// A part of the image in which not only the ceiling is visible.
@@ -67,7 +72,7 @@ class RayTracer::View {
     return std::span(candidates_).subspan(part.first, part.last - part.first);
   }
   void ChooseSolid(const Solid& solid, const Eigen::AlignedBox3d& bounds, const cv::Vec3f& colour);
-  void DivideImage(cv::Range rows);
+  void DivideImage();
   void TraceCeiling(const CameraRays::Block& block);
   void TracePart(const MixedPart& part);
   void SmoothEdges(const MixedPart& part);
@@ -81,6 +86,7 @@ class RayTracer::View {
 
   const RayTracer& tracer_;
   const CameraRays& rays_;
+  cv::Range rows_;
   Isometry3d T_map_cam_;
   Matrix3d R_;  // of T_map_cam
   CeilingInView ceiling_;
@@ -111,19 +117,22 @@ cv::Mat RayTracer::Trace(const CameraRays& rays,
                          const std::vector<PaintedSolid>& movers,
                          EdgeQuality edges,
                          cv::Range rows) const {
-  return View(*this, rays, T_map_cam, movers, edges).Trace(rows);
+  const cv::Range all(0, rays.Size().height);
+  return View(*this, rays, T_map_cam, movers, edges, rows == cv::Range::all() ? all : rows).Trace();
 }
 
 RayTracer::View::View(const RayTracer& tracer,
                       const CameraRays& rays,
                       const Isometry3d& T_map_cam,
                       const std::vector<PaintedSolid>& movers,
-                      EdgeQuality edges)
+                      EdgeQuality edges,
+                      cv::Range rows)
     : tracer_(tracer),
       rays_(rays),
+      rows_(rows),
       T_map_cam_(T_map_cam),
       R_(T_map_cam.linear()),
-      ceiling_(tracer.surfaces_.GetRoom(), tracer.ceiling_, tracer.ribs_, rays, T_map_cam),
+      ceiling_(tracer.surfaces_.GetRoom(), tracer.ceiling_, tracer.ribs_, rays, T_map_cam, rows),
       lattice_(Lattice(edges)) {
   for (std::size_t i = 0; i < tracer.solids_.size(); ++i) {
     ChooseSolid(
@@ -150,49 +159,57 @@ void RayTracer::View::ChooseSolid(const Solid& solid,
   colours_.push_back(colour);
 }
 
-cv::Mat RayTracer::View::Trace(cv::Range rows) {
-  light_ = cv::Mat_<float>(rays_.Size(), 0.0F);
-  if (tracer_.paints_) coloured_ = cv::Mat_<cv::Vec3f>(rays_.Size(), cv::Vec3f(0, 0, 0));
-  if (rows == cv::Range::all()) rows = {0, rays_.Size().height};
-  DivideImage(rows);
-  if (!mixed_.empty()) surfaces_ = cv::Mat(rays_.Size() * 2, CV_16UC1, cv::Scalar(kCeiling));
+cv::Mat RayTracer::View::Trace() {
+  const cv::Range touched(std::max(0, rows_.start - CameraRays::kPartSize),
+                          std::min(rays_.Size().height, rows_.end + CameraRays::kPartSize));
+  light_.create(rays_.Size());
+  light_.rowRange(touched).setTo(0);
+  if (tracer_.paints_) {
+    coloured_.create(rays_.Size());
+    coloured_.rowRange(touched).setTo(cv::Scalar::all(0));
+  }
+  DivideImage();
+  if (!mixed_.empty()) {
+    surfaces_.create(rays_.Size() * 2, CV_16UC1);
+    surfaces_.rowRange(2 * touched.start, 2 * touched.end).setTo(kCeiling);
+  }
   for (const MixedPart& part : mixed_) TracePart(part);
-  for (const MixedPart& part : mixed_) SmoothEdges(part);
+  for (const MixedPart& part : mixed_) {
+    if (Overlaps(*part.block, rows_)) SmoothEdges(part);
+  }
   return coloured_.empty() ? cv::Mat(light_) : cv::Mat(coloured_);
 }
 
 // Blocks and parts that show only the ceiling are traced at once. Edges are found from the rows
 // beside theirs.
-void RayTracer::View::DivideImage(cv::Range rows) {
-  const cv::Range needed(rows.start - 1, rows.end + 1);
-  const auto has_needed = [&](const CameraRays::Block& block) {
-    return block.pixels.y < needed.end && block.pixels.br().y > needed.start;
+void RayTracer::View::DivideImage() {
+  const auto is_inside = [&](const CameraRays::Block& block) {
+    return block.pixels.y >= rows_.start && block.pixels.br().y <= rows_.end;
   };
-  const auto is_needed = [&](const CameraRays::Block& block) {
-    return block.pixels.y >= needed.start && block.pixels.br().y <= needed.end;
-  };
+  const cv::Range needed(rows_.start - 1, rows_.end + 1);
   std::vector<std::int32_t> near;
   for (const CameraRays::Block& block : rays_.Blocks()) {
-    if (!has_needed(block)) continue;
+    if (!Overlaps(block, needed)) continue;
     near.clear();
     for (std::size_t i = 0; i < solids_.size(); ++i) {
       if (solids_[i].MayShowIn(block.rays)) near.push_back(static_cast<std::int32_t>(i));
     }
-    if (near.empty() && is_needed(block) && ceiling_.Fills(block)) {
+    if (near.empty() && is_inside(block) && ceiling_.Fills(block)) {
       TraceCeiling(block);
       continue;
     }
     for (const CameraRays::Block& part : block.parts) {
-      if (!has_needed(part)) continue;
+      if (!Overlaps(part, needed)) continue;
       MixedPart mixed{&part, candidates_.size(), 0, ceiling_.Fills(part)};
       for (const std::int32_t i : near) {
         if (solids_[i].MayShowIn(part.rays)) candidates_.push_back(i);
       }
       mixed.last = candidates_.size();
-      if (mixed.last == mixed.first && mixed.below_ceiling) {
-        TraceCeiling(part);
-      } else {
+      const bool ceiling_only = mixed.last == mixed.first && mixed.below_ceiling;
+      if (!ceiling_only) {
         mixed_.push_back(mixed);
+      } else if (Overlaps(part, rows_)) {
+        TraceCeiling(part);
       }
     }
   }

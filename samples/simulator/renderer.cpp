@@ -119,10 +119,10 @@ class Eye {
       if (light.empty()) {
         light = now;
       } else {
-        light += now;
+        light.rowRange(rows) += now.rowRange(rows);
       }
     }
-    if (times.size() > 1) light *= 1.0 / static_cast<double>(times.size());
+    if (times.size() > 1) light.rowRange(rows) *= 1.0 / static_cast<double>(times.size());
     return light;
   }
 

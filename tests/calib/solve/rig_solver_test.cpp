@@ -24,7 +24,8 @@ RigMount TrueMount() {
   return mount;
 }
 
-/// Observes points of the ceiling, in the mounted camera's frame, with noise.
+/// Observes points of the ceiling, in the mounted camera's frame, with noise. Points of a rolling
+/// shutter are seen from where the camera is at the time of their row.
 class MovingCamera {
  public:
   MovingCamera(const RigMount& mount, unsigned seed, double noise_px)
@@ -34,8 +35,16 @@ class MovingCamera {
   }
 
   /// @param views  axle and heading. @param shifted  a point that moves as nothing on the ceiling.
-  Recording Record(const std::vector<Pose2>& views, int outliers = 0) {
+  /// @param velocities  of the axle, in the axes of the levelled camera; empty: at rest.
+  Recording Record(const std::vector<Pose2>& views,
+                   int outliers = 0,
+                   const std::vector<ViewVelocity>& velocities = {}) {
     Recording recording;
+    for (const ViewVelocity& axle : velocities) {
+      const Vector2d turning(-mount_.centre.y(), mount_.centre.x());
+      recording.velocities.push_back({axle.linear + axle.yaw_rad_s * turning, axle.yaw_rad_s});
+    }
+    axle_velocities_ = velocities;
     for (const Pose2& view : views) recording.cameras.push_back(CameraPose(views.front(), view));
     const int n = static_cast<int>(views.size());
     for (int first = 0; first < n; ++first) {
@@ -43,9 +52,7 @@ class MovingCamera {
         if (first + apart >= n) break;
         ViewPair pair{first, first + apart, {}};
         for (int k = 0; k < 20; ++k) {
-          pair.places.push_back(Place(views[static_cast<std::size_t>(first)],
-                                      views[static_cast<std::size_t>(first + apart)],
-                                      k < outliers));
+          pair.places.push_back(Place(views, first, first + apart, k < outliers));
         }
         recording.pairs.push_back(pair);
       }
@@ -62,14 +69,31 @@ class MovingCamera {
     return pose(first).Inverse() * pose(view);
   }
 
-  PointCorrespondence Place(const Pose2& first, const Pose2& second, bool outlier) {
+  PointCorrespondence Place(const std::vector<Pose2>& views, int first, int second, bool outlier) {
     std::uniform_real_distribution<double> anywhere(-0.5, 0.5);
     const Vector2d seen(anywhere(random_), anywhere(random_));
-    const Vector2d point = first * (mount_.centre + seen);
-    const Vector2d again = second.Inverse() * point - mount_.centre;
-    PointCorrespondence place{Ray(seen), Ray(again), Eigen::Matrix2d::Identity()};
+    PointCorrespondence place;
+    place.first_row = seen.y();
+    const Vector2d point = PoseAtRow(views, first, place.first_row) * (mount_.centre + seen);
+    Vector2d again = Vector2d::Zero();
+    for (int i = 0; i < 5; ++i) {  // the row depends on where it is seen
+      place.second_row = again.y();
+      again = PoseAtRow(views, second, place.second_row).Inverse() * point - mount_.centre;
+    }
+    place.first = Ray(seen);
+    place.second = Ray(again);
     if (outlier) place.second += Vector2d(0.02, 0.01);
     return place;
+  }
+
+  /// The axle at the time of a row.
+  [[nodiscard]] Pose2 PoseAtRow(const std::vector<Pose2>& views, int view, double row) const {
+    const auto i = static_cast<std::size_t>(view);
+    if (axle_velocities_.empty()) return views[i];
+    const ViewVelocity& v = axle_velocities_[i];
+    const double time_s = row * mount_.readout_time_s;
+    const Vector2d moved = Pose2{0, 0, 0.5 * time_s * v.yaw_rad_s} * Vector2d(time_s * v.linear);
+    return views[i] * Pose2{moved.x(), moved.y(), time_s * v.yaw_rad_s};
   }
 
   Vector2d Ray(const Vector2d& seen) {
@@ -78,6 +102,7 @@ class MovingCamera {
   }
 
   RigMount mount_;
+  std::vector<ViewVelocity> axle_velocities_;
   std::mt19937 random_;
   double noise_;
   std::normal_distribution<double> normal_;
@@ -119,9 +144,11 @@ RigSolution Solve(const Case& c, double lens_sigma_px = 0) {
   return SolveRig(c.spin, c.straight, GuessMount(c.spin, c.straight), params);
 }
 
-Eigen::Matrix<double, 6, 1> ErrorsOf(const RigSolution& solution) {
+using MountErrors = Eigen::Matrix<double, 6, 1>;  // in the order of RigUnknown
+
+MountErrors ErrorsOf(const RigSolution& solution) {
   const RigMount truth = TrueMount();
-  Eigen::Matrix<double, 6, 1> errors;
+  MountErrors errors;
   errors << solution.mount.tilt_rad - truth.tilt_rad, solution.mount.centre - truth.centre,
       WrapAngle(solution.mount.yaw_rad - truth.yaw_rad), solution.travel - 1.5;
   return errors;
@@ -162,11 +189,11 @@ TEST(RigSolver, WhatMovesAsNoCeilingDoesIsLeftOut) {
 
 TEST(RigSolver, ErrorsAreAsLargeAsTheirDeviations) {
   constexpr int kCases = 12;
-  Eigen::Matrix<double, 6, 1> squares = Eigen::Matrix<double, 6, 1>::Zero();
+  MountErrors squares = MountErrors::Zero();
   for (unsigned seed = 0; seed < kCases; ++seed) {
     const RigSolution solution = Solve(MakeCase(10 + seed, 0.1));
     ASSERT_TRUE(solution.ok);
-    const auto variances = solution.covariance.diagonal();
+    const auto variances = solution.covariance.diagonal().head<6>();
     squares += ErrorsOf(solution).cwiseAbs2().cwiseQuotient(variances);
     EXPECT_NEAR(solution.sigma_px, 0.1 * std::sqrt(2.0), 0.02);
   }
@@ -193,6 +220,65 @@ TEST(RigSolver, AWrongLensIsInsideItsDeviation) {
   EXPECT_NEAR(error, 0.5 / kRigFocalPx, 0.1 / kRigFocalPx);
   EXPECT_GT(error, 10 * std::sqrt(blind.covariance(2, 2)));
   EXPECT_LT(error, 2 * std::sqrt(solution.covariance(2, 2)));
+}
+
+/// A turn on the spot that becomes faster, and a drive.
+Case RollingCase(unsigned seed, double noise_px, double readout_time_s) {
+  RigMount mount = TrueMount();
+  mount.readout_time_s = readout_time_s;
+  MovingCamera camera(mount, seed, noise_px);
+  const std::vector<Pose2> spin = Spin(31);
+  std::vector<ViewVelocity> turning;
+  for (int i = 0; i < 31; ++i) turning.push_back({{0, 0}, 0.4 + 0.01 * i});
+  const ViewVelocity ahead{0.2 * Vector2d(std::cos(mount.yaw_rad), -std::sin(mount.yaw_rad)), 0};
+  const std::vector<Pose2> straight = Ahead(mount, 21, 1.5);
+  return {camera.Record(spin, 0, turning),
+          camera.Record(straight, 0, std::vector<ViewVelocity>(straight.size(), ahead))};
+}
+
+RigSolution SolveRolling(const Case& c, bool readout_is_free, double start_s = 0) {
+  RigSolverParams params;
+  params.focal_px = kRigFocalPx;
+  params.lens_sigma_px = 0;
+  params.readout_is_free = readout_is_free;
+  RigMount start = GuessMount(c.spin, c.straight);
+  start.readout_time_s = start_s;
+  return SolveRig(c.spin, c.straight, start, params);
+}
+
+TEST(RigSolver, FindsTheReadoutTime) {
+  for (const double readout_time_s : {0.033, -0.02, 0.0}) {
+    const RigSolution solution = SolveRolling(RollingCase(1, 0, readout_time_s), true);
+    ASSERT_TRUE(solution.ok);
+    EXPECT_NEAR(solution.mount.readout_time_s, readout_time_s, 1e-8);
+    EXPECT_LT(ErrorsOf(solution).cwiseAbs().maxCoeff(), 1e-7);
+  }
+}
+
+TEST(RigSolver, TheReadoutTimeIsAsAccurateAsItsDeviation) {
+  constexpr int kCases = 12;
+  double squares = 0;
+  for (unsigned seed = 0; seed < kCases; ++seed) {
+    const RigSolution solution = SolveRolling(RollingCase(40 + seed, 0.1, 0.025), true);
+    ASSERT_TRUE(solution.ok);
+    const double variance = solution.covariance(kReadout, kReadout);
+    EXPECT_LT(std::sqrt(variance), 1e-3);
+    const double error = solution.mount.readout_time_s - 0.025;
+    squares += error * error / variance;
+  }
+  EXPECT_GT(std::sqrt(squares / kCases), 0.5);
+  EXPECT_LT(std::sqrt(squares / kCases), 1.7);
+}
+
+TEST(RigSolver, AKnownReadoutTimeIsKept) {
+  const Case c = RollingCase(2, 0, 0.033);
+  const RigSolution known = SolveRolling(c, false, 0.033);
+  ASSERT_TRUE(known.ok);
+  EXPECT_EQ(known.mount.readout_time_s, 0.033);
+  EXPECT_EQ(known.covariance(kReadout, kReadout), 0);
+  EXPECT_LT(ErrorsOf(known).cwiseAbs().maxCoeff(), 1e-7);
+  const RigSolution ignored = SolveRolling(c, false, 0);
+  EXPECT_GT(ErrorsOf(ignored).head<2>().norm(), 0.1 * kRadPerDeg);
 }
 
 TEST(RigSolver, NothingToSolve) {
