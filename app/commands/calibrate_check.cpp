@@ -88,6 +88,8 @@ void RunCalibrateCheck(const CalibrateCheckOptions& params,
   recordings::PrintRigWarnings(check.rig);
   recordings::FrameSource source(params.up, {.stamps = params.stamps});
   check.source = source.Name();
+  check.has_stamps = source.Stamps() != recordings::StampOrigin::kFrameIndex;
+  check.has_odometry = !knowledge.odometry.empty();
   check.size = source.Size();
   calib::Rig rig = check.rig;
   if (Fit(rig, source.Name(), source.Size())) {
@@ -108,7 +110,8 @@ void RunCalibrateCheck(const CalibrateCheckOptions& params,
     out.failure = fmt::format("{}: does not agree with {}", params.rig.string(), check.source);
   } else if (!check.drive) {
     out.failure = fmt::format(
-        "{}: too little of the ceiling can be followed; record a drive under a ceiling with texture, "
+        "{}: too little of the ceiling can be followed; record a drive under a ceiling with "
+        "texture, "
         "with the lights on",
         check.source);
   }
@@ -120,7 +123,8 @@ Command AddCalibrateCheckCommand(CLI::App& calibrate) {
   Command command = MakeCommand(
       calibrate,
       "check",
-      "Compares a rig with what the upward camera shows during some 20 seconds of ordinary driving, "
+      "Compares a rig with what the upward camera shows during some 20 seconds of ordinary "
+      "driving, "
       "straight ahead and in turns: size, lens, mounting, scale, read-out time, stamps.",
       "ceilmap calibrate check --rig rig.yaml --up drive.mp4 --stamps frames.csv\n"
       "  ceilmap calibrate check --rig rig.yaml --up drive.mp4 --stamps frames.csv --odometry "

@@ -63,7 +63,8 @@ CheckedProperty SizeRow(const RigCheck& check) {
       "image_size", "image size", SizeText(stated), SizeText(check.size), "px", "", ""};
   if (stated == check.size) return row;
   row.complaint = fmt::format(
-      "the images have {} px, camera 'up' of the rig {}: use the rig of this camera, record in that "
+      "the images have {} px, camera 'up' of the rig {}: use the rig of this camera, record in "
+      "that "
       "size, or {} on images of this size",
       SizeText(check.size),
       SizeText(stated),
@@ -71,6 +72,11 @@ CheckedProperty SizeRow(const RigCheck& check) {
   return row;
 }
 
+bool LensIsWrong(const DriveCheck& drive) {
+  return drive.lens_px.IsWrong() && !drive.focal_explains_lens;
+}
+
+// Lost frames are a fault of the rig only where its lens is wrong.
 CheckedProperty FollowedRow(const RigCheck& check) {
   CheckedProperty row{"followed",
                       "frames followed",
@@ -81,6 +87,10 @@ CheckedProperty FollowedRow(const RigCheck& check) {
                       ""};
   constexpr double kMostLost = 0.1;
   if (static_cast<double>(check.lost) <= kMostLost * static_cast<double>(check.frames)) return row;
+  if (check.drive && !LensIsWrong(*check.drive)) {
+    row.unchecked = "drive more slowly, or under more texture";
+    return row;
+  }
   row.complaint = fmt::format(
       "{} of {} frames do not match those before them: the lens model or the size is that of "
       "another camera, or the robot drives too fast, or the ceiling shows too little texture",
@@ -96,25 +106,26 @@ CheckedProperty FocalRow(const DriveCheck& drive) {
         "focal_px", "focal length", "this lens does not show it; it is part of the scale below");
   }
   CheckedProperty row = Row("focal_px", "focal length", focal, kPixels);
-  const bool other_lens = drive.lens_px.IsWrong() && !drive.focal_explains_lens;
-  if (!focal.IsWrong() || other_lens) return row;
+  if (!focal.IsWrong()) return row;
   const double percent = -100 * focal.Difference() / focal.seen.value;
-  row.complaint = fmt::format("the focal length looks {:.1f} % too {} ({:.1f} px in the rig, {} seen): {}",
-                              std::abs(percent),
-                              percent > 0 ? "long" : "short",
-                              focal.stated,
-                              SeenText(focal, {"", 1, 1}),
-                              kCalibrateCamera);
+  row.complaint =
+      fmt::format("the focal length looks {:.1f} % too {} ({:.1f} px in the rig, {} seen): {}",
+                  std::abs(percent),
+                  percent > 0 ? "long" : "short",
+                  focal.stated,
+                  SeenText(focal, {"", 1, 1}),
+                  kCalibrateCamera);
   return row;
 }
 
 CheckedProperty LensRow(const RigCheck& check) {
   const DriveCheck& drive = *check.drive;
   CheckedProperty row = Row("lens_px", "lens, towards the edge", drive.lens_px, kPixels);
-  if (!drive.lens_px.IsWrong() || drive.focal_explains_lens) return row;
+  if (!LensIsWrong(drive)) return row;
   const double out = drive.lens_px.seen.value;
   row.complaint = fmt::format(
-      "the lens model does not fit ({}): points {:.0f} px from the centre appear {:.1f} +- {:.1f} px "
+      "the lens model does not fit ({}): points {:.0f} px from the centre appear {:.1f} +- {:.1f} "
+      "px "
       "too far {}; are model and coefficients those of this camera? {}",
       calib::RosName(check.rig.up->camera.model),
       drive.lens_radius_px,
@@ -159,24 +170,26 @@ CheckedProperty YawRow(const DriveCheck& drive) {
   } else if (std::abs(off_deg) > kTurnedDeg) {
     how = ", rotated by a quarter turn";
   }
-  row.complaint = fmt::format(
-      "the yaw of the camera is wrong by {:.1f} deg{} ({} deg in the rig, {} seen): {}",
-      off_deg,
-      how,
-      row.stated,
-      row.seen,
-      kCalibrateRig);
+  row.complaint =
+      fmt::format("the yaw of the camera is wrong by {:.1f} deg{} ({} deg in the rig, {} seen): {}",
+                  off_deg,
+                  how,
+                  row.stated,
+                  row.seen,
+                  kCalibrateRig);
   return row;
 }
 
-CheckedProperty ReadoutRow(const DriveCheck& drive) {
+CheckedProperty ReadoutRow(const RigCheck& check) {
+  const DriveCheck& drive = *check.drive;
+  if (!check.has_stamps) return Unchecked("readout_ms", "read-out time", "needs --stamps");
   CheckedProperty row = Row("readout_ms", "read-out time", drive.readout_s, kMilliseconds);
   if (!drive.readout_s.IsWrong()) return row;
   row.complaint = fmt::format(
-      "the read-out time looks like {} ms, the rig has {}: write readout_time_s: {:.4f} to the "
-      "camera (a rolling shutter; 0 for a global one)",
+      "the read-out time looks like {} ms, the rig has {}: {}, or write readout_time_s: {:.4f}",
       row.seen,
       row.stated,
+      kCalibrateRig,
       drive.readout_s.seen.value);
   return row;
 }
@@ -189,22 +202,26 @@ std::string ScaleCause(const DriveCheck& drive, double percent) {
                      std::abs(percent));
 }
 
-CheckedProperty DistanceRow(const DriveCheck& drive) {
+constexpr const char* kOtherTime = "the odometry does not cover the drive, or it turns too little";
+
+CheckedProperty DistanceRow(const RigCheck& check) {
+  const DriveCheck& drive = *check.drive;
   constexpr const char* kKey = "distance_m";
   constexpr const char* kName = "ceiling above camera";
   if (!drive.distance_m) {
-    return Unchecked(kKey, kName, "needs --odometry, or --distance and a start and end apart");
+    return Unchecked(
+        kKey, kName, check.has_odometry ? kOtherTime : "needs --odometry or --distance");
   }
   const Checked& distance = *drive.distance_m;
   CheckedProperty row = Row(kKey, kName, distance, kMetres);
   if (!distance.IsWrong()) return row;
-  row.complaint =
-      fmt::format("the ceiling looks {} m above the camera, {} by the rig: {}; measure them again, "
-                  "or {}",
-                  row.seen,
-                  row.stated,
-                  ScaleCause(drive, 100 * distance.Difference() / distance.stated),
-                  kCalibrateRig);
+  row.complaint = fmt::format(
+      "the ceiling looks {} m above the camera, {} by the rig: {}; measure them again, "
+      "or {}",
+      row.seen,
+      row.stated,
+      ScaleCause(drive, 100 * distance.Difference() / distance.stated),
+      kCalibrateRig);
   return row;
 }
 
@@ -216,11 +233,10 @@ CheckedProperty AxleRow(const DriveCheck& drive) {
   CheckedProperty row = Row(kKey, kName, axle, kMetres);
   if (!axle.IsWrong()) return row;
   constexpr double kLeastM = 0.05;
-  const std::string by =
-      std::abs(axle.stated) < kLeastM || drive.distance_m
-          ? ""
-          : ", or " + ScaleCause(drive, 100 * axle.Difference() / axle.stated) +
-                " (--distance or --odometry shows which)";
+  const std::string by = std::abs(axle.stated) < kLeastM || drive.distance_m
+                             ? ""
+                             : ", or " + ScaleCause(drive, 100 * axle.Difference() / axle.stated) +
+                                   " (--distance or --odometry shows which)";
   row.complaint = fmt::format(
       "the camera looks {} m ahead of the axle, a + x of the rig is {}: a is wrong{}; {}",
       row.seen,
@@ -230,16 +246,19 @@ CheckedProperty AxleRow(const DriveCheck& drive) {
   return row;
 }
 
-CheckedProperty MirrorRow(const DriveCheck& drive) {
+CheckedProperty MirrorRow(const RigCheck& check) {
+  const DriveCheck& drive = *check.drive;
   constexpr const char* kName = "mirrored";
   CheckedProperty row{kName, kName, "no", "no", "", "", ""};
   if (drive.leans_mirrored && drive.mirrored.value_or(true)) {
     row.seen = "yes";
     row.complaint =
-        "the images are mirrored: the camera leans to the other side than by the rig; switch off the "
+        "the images are mirrored: the camera leans to the other side than by the rig; switch off "
+        "the "
         "flip of the camera's driver";
   } else if (!drive.mirrored) {
-    return Unchecked(kName, kName, "needs --first-turn or --odometry");
+    return Unchecked(
+        kName, kName, check.has_odometry ? kOtherTime : "needs --first-turn or --odometry");
   } else if (*drive.mirrored) {
     row.seen = "yes";
     row.complaint =
@@ -249,15 +268,19 @@ CheckedProperty MirrorRow(const DriveCheck& drive) {
   return row;
 }
 
-CheckedProperty StampsRow(const DriveCheck& drive) {
+CheckedProperty StampsRow(const RigCheck& check) {
+  const DriveCheck& drive = *check.drive;
   constexpr const char* kKey = "stamps_late_ms";
   constexpr const char* kName = "stamps late by";
-  if (!drive.late_s) return Unchecked(kKey, kName, "needs --odometry and turns");
+  if (!drive.late_s) {
+    return Unchecked(kKey, kName, check.has_odometry ? kOtherTime : "needs --odometry");
+  }
   CheckedProperty row = Row(kKey, kName, *drive.late_s, kMilliseconds);
   if (!drive.late_s->IsWrong()) return row;
   const double late_ms = 1000 * drive.late_s->seen.value;
   row.complaint = fmt::format(
-      "the stamps of the images are {:.0f} +- {:.0f} ms too {} relative to the odometry: a stamp is "
+      "the stamps of the images are {:.0f} +- {:.0f} ms too {} relative to the odometry: a stamp "
+      "is "
       "the middle of the exposure, by the same clock",
       std::abs(late_ms),
       1000 * drive.late_s->seen.sigma,
@@ -272,16 +295,21 @@ std::vector<CheckedProperty> CheckedProperties(const RigCheck& check) {
   if (check.frames > 0) rows.push_back(FollowedRow(check));
   if (!check.drive) return rows;
   const DriveCheck& drive = *check.drive;
-  rows.push_back(MirrorRow(drive));
+  // The values below are no longer those of this camera, or of this robot.
+  if (LensIsWrong(drive)) {
+    rows.push_back(LensRow(check));
+    return rows;
+  }
+  rows.push_back(MirrorRow(check));
   rows.push_back(LensRow(check));
   rows.push_back(FocalRow(drive));
-  if (drive.mirrored.value_or(drive.leans_mirrored)) return rows;  // the rest is that of a mirrored robot
+  if (drive.mirrored.value_or(drive.leans_mirrored)) return rows;
   for (const CheckedProperty& row : TiltRows(drive)) rows.push_back(row);
   rows.push_back(YawRow(drive));
   rows.push_back(AxleRow(drive));
-  rows.push_back(DistanceRow(drive));
-  rows.push_back(ReadoutRow(drive));
-  rows.push_back(StampsRow(drive));
+  rows.push_back(DistanceRow(check));
+  rows.push_back(ReadoutRow(check));
+  rows.push_back(StampsRow(check));
   return rows;
 }
 
@@ -315,12 +343,14 @@ void PrintReport(const RigCheck& check, bool quiet, double seconds) {
     }
     fmt::print("{}", table.Format());
     if (check.drive) {
-      fmt::print("{} places in {} views, residual {:.3f} px, depth {:.1f} %; {:.1f} s\n",
-                 check.drive->camera.places,
-                 check.drive->camera.cameras.size(),
-                 check.drive->camera.sigma_px,
-                 100 * check.drive->camera.depth_ratio,
-                 seconds);
+      fmt::print(
+          "{} of {} places in {} views agree, residual {:.3f} px, depth {:.1f} %; {:.1f} s\n",
+          check.drive->camera.inliers,
+          check.drive->camera.places,
+          check.drive->camera.cameras.size(),
+          check.drive->camera.sigma_px,
+          100 * check.drive->camera.depth_ratio,
+          seconds);
     }
   }
   for (const CheckedProperty& row : rows) {

@@ -13,18 +13,19 @@ namespace ceilmap::reports {
 
 /// What `calibrate check` found.
 struct RigCheck {
-  std::string source;    ///< name of the recording
-  calib::Rig rig;        ///< as the file states it
-  cv::Size size;         ///< of the recording's images
+  std::string source;  ///< name of the recording
+  calib::Rig rig;      ///< as the file states it
+  cv::Size size;       ///< of the recording's images
   std::int64_t frames = 0;
   std::int64_t lost = 0;  ///< frames that matched none before
+  bool has_stamps = true;
   bool has_odometry = false;
   std::optional<mount::DriveCheck> drive;  ///< nothing: the ceiling could not be followed
 };
 
-/// One property of the rig.
+/// One property of the rig. A rig is right when no property has a complaint.
 struct CheckedProperty {
-  std::string key;   ///< in JSON
+  std::string key;  ///< in JSON
   std::string name;
   std::string stated;
   std::string seen;  ///< with its standard deviation

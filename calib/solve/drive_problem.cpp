@@ -48,8 +48,8 @@ Vector2<T> ErrorOf(const T* errors, const T* first, const T* second, const Drive
   const Vector2<T> seen_second = OnCeilingOf(errors, point.at_second);
   const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
   // A longer focal length makes the ceiling smaller, but not the errors in the image.
-  return (TurnedBy<T>(-first[2], moved) +
-                                   TurnedBy<T>(second[2] - first[2], seen_second) - seen_first) /
+  return (TurnedBy<T>(-first[2], moved) + TurnedBy<T>(second[2] - first[2], seen_second) -
+          seen_first) /
          (1.0 - errors[kCameraFocal]);
 }
 
@@ -94,8 +94,7 @@ class Sights {
   [[nodiscard]] double RadiusPx(const Vector2d& pixel) const {
     return focal_px_ * Normalized(pixel).norm();
   }
-  [[nodiscard]] std::optional<LevelSight> Prepare(const Vector2d& ray,
-                                                  double edge_px) const {
+  [[nodiscard]] std::optional<LevelSight> Prepare(const Vector2d& ray, double edge_px) const {
     const std::optional<Vector2d> pixel = PixelOf(ray);
     if (!pixel) return std::nullopt;
     LevelSight sight;
@@ -160,9 +159,8 @@ Matrix2d WeightOf(const DrivePoint& point,
   const Matrix2d information = measured.transpose() * measured;
   // Sherman and Morrison: (C + t t')^-1.
   const Vector2d pulled = information * travel;
-  const Matrix2d reduced =
-      information - pulled * pulled.transpose() / (1 + travel.dot(pulled)) +
-      1e-9 * Matrix2d::Identity();
+  const Matrix2d reduced = information - pulled * pulled.transpose() / (1 + travel.dot(pulled)) +
+                           1e-9 * Matrix2d::Identity();
   return Eigen::LLT<Matrix2d>(reduced).matrixU();
 }
 
@@ -228,8 +226,7 @@ DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
   estimate(kCameraRadial5, params.radial);
   estimate(kCameraReadout, params.readout);
   if (!fixed.empty()) {
-    problem.SetManifold(parameters.errors.data(),
-                        new ceres::SubsetManifold(kCameraErrors, fixed));
+    problem.SetManifold(parameters.errors.data(), new ceres::SubsetManifold(kCameraErrors, fixed));
   }
   blocks.push_back(parameters.errors.data());
   for (std::size_t i = 0; i < parameters.cameras.size(); ++i) {

@@ -74,6 +74,8 @@ bool Minimize(DriveProblem& problem) {
 // Contribution of the points to the normal equations, and of the pairs to the covariance.
 class DriveCovariance {
  public:
+  static constexpr int kTimes = 8;  // parts of the drive with independent errors
+
   explicit DriveCovariance(DriveProblem& problem) : problem_(problem) {
     ceres::Problem::EvaluateOptions options;
     options.apply_loss_function = false;
@@ -98,6 +100,7 @@ class DriveCovariance {
     const Eigen::LDLT<MatrixXd> solver(normal);
     const MatrixXd influence = solver.solve(MatrixXd::Identity(n, asked));
     MatrixXd of_view = MatrixXd::Zero(asked, static_cast<Eigen::Index>(views));
+    MatrixXd of_time = MatrixXd::Zero(asked, kTimes);
     MatrixXd of_pair = MatrixXd::Zero(asked, 1);
     MatrixXd pairs = MatrixXd::Zero(asked, asked);
     for (std::size_t i = 0; i < problem_.owners.size(); ++i) {
@@ -115,22 +118,34 @@ class DriveCovariance {
       if (!last) continue;
       of_view.col(owner.first) += of_pair;
       of_view.col(owner.second) += of_pair;
+      of_time.col((owner.first + owner.second) * kTimes / (2 * static_cast<int>(views))) += of_pair;
       pairs += of_pair * of_pair.transpose();
       of_pair.setZero();
     }
-    const MatrixXd sum = of_view * of_view.transpose();
-    const MatrixXd covariance = sum - pairs;
-    // Never below the curvature alone: it is that of unknown values where nothing is seen.
-    return Larger(covariance, influence.topRows(asked));
+    MatrixXd covariance = of_view * of_view.transpose() - pairs;
+    // Errors that belong to a part of the ceiling are common to all views of it.
+    Raise(of_time * of_time.transpose() * (static_cast<double>(kTimes) / (kTimes - 1)), covariance);
+    // Values that are not seen have the variance of the curvature.
+    Raise(influence.topRows(asked), covariance);
+    return covariance;
   }
 
  private:
   static std::size_t Index(int i) { return static_cast<std::size_t>(i); }
-  static MatrixXd Larger(const MatrixXd& covariance, const MatrixXd& curvature) {
+  // Raises variances to those of another estimate where that is larger.
+  static void Raise(const MatrixXd& other, MatrixXd& covariance) {
     for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
-      if (covariance(i, i) < curvature(i, i)) return covariance + curvature;
+      const double least = std::max(other(i, i), 1e-300);
+      if (covariance(i, i) <= 0) {
+        covariance.row(i).setZero();
+        covariance.col(i).setZero();
+        covariance(i, i) = least;
+      } else if (covariance(i, i) < least) {
+        const double factor = std::sqrt(least / covariance(i, i));
+        covariance.row(i) *= factor;
+        covariance.col(i) *= factor;
+      }
     }
-    return covariance;
   }
   void ForRows(std::size_t block, auto&& use) const {
     use(static_cast<int>(2 * block));
@@ -207,7 +222,7 @@ DriveSolution SolveDrive(const calib::MountedCamera& up,
   DriveParameters parameters = StartOf(up, drive);
   DriveScales scales = EstimateScales(points, parameters, focal_px);
   scales.depth_ratio = 0;  // until the poses are better than rough
-  constexpr int kRounds = 6;
+  constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     DriveProblem problem(points, drive, focal_px, scales, params, parameters);
     if (!Minimize(problem)) return solution;

@@ -9,13 +9,13 @@
 
 namespace ceilmap::calibration {
 
-/// Errors of an upward camera's rig, from its images of a level ceiling during any drive with turns:
-/// no other measurement is needed. The axes and the unit of length are those of the rig solver
-/// (rig_solver.hpp): of the camera levelled by the rig, and the distance Z of the ceiling.
+/// Errors of an upward camera's rig, from its images of a level ceiling during any drive with
+/// turns: no other measurement is needed. The axes and the unit of length are those of the rig
+/// solver (rig_solver.hpp): of the camera levelled by the rig, and the distance Z of the ceiling.
 
 /// A drive: views in order of time, and the points that pairs of them show.
 struct Drive {
-  std::vector<Pose2> cameras;       ///< rough poses T_first_camera
+  std::vector<Pose2> cameras;  ///< rough poses T_first_camera
   std::vector<ViewVelocity> velocities;
   std::vector<std::size_t> starts;  ///< first views of parts that share no points; the first is 0
   std::vector<ViewPair> pairs;      ///< of the camera as the rig states it
@@ -26,7 +26,8 @@ enum CameraError : int {
   kCameraTiltX,  ///< rotation of the camera about the levelled x and y, rad
   kCameraTiltY,
   kCameraFocal,    ///< the focal length is 1 / (1 - value) times the rig's
-  kCameraRadial3,  ///< displacement at the edge of a pixel's place in the image outwards that the lens
+  kCameraRadial3,  ///< displacement at the edge of a pixel's place in the image outwards that the
+                   ///< lens
   kCameraRadial5,  ///< model lacks, px, with the third and the fifth power of the radius
   kCameraReadout,  ///< read-out time itself, s
   kCameraErrors
@@ -34,7 +35,7 @@ enum CameraError : int {
 using CameraErrors = Eigen::Matrix<double, kCameraErrors, 1>;
 
 struct DriveSolverParams {
-  bool focal = false;   ///< whether these are estimated
+  bool focal = false;  ///< whether these are estimated
   bool radial = false;
   bool readout = true;
 };
@@ -42,8 +43,9 @@ struct DriveSolverParams {
 struct DriveSolution {
   bool ok = false;
   CameraErrors errors = CameraErrors::Zero();
-  /// From the residuals, with all pairs that share a view taken as correlated. Values that the drive
-  /// does not determine have a large variance.
+  /// From the residuals: with all pairs that share a view, or an eighth of the drive, taken as
+  /// correlated, whichever gives more. Values that the drive does not determine have a large
+  /// variance.
   Eigen::Matrix<double, kCameraErrors, kCameraErrors> covariance =
       Eigen::Matrix<double, kCameraErrors, kCameraErrors>::Zero();
   std::vector<Pose2> cameras;  ///< of the views

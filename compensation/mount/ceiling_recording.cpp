@@ -31,8 +31,9 @@ bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
   recording_.has_stamps = stamp_s.has_value();
   const double time_s = stamp_s.value_or(static_cast<double>(recording_.frames));
   ++recording_.frames;
-  AnalyzedKeyframe current{
-      {image.clone(), {}, {}, time_s}, path_.size(), registrar_.Analyze(view_.Rectify(image, buffer_))};
+  AnalyzedKeyframe current{{image.clone(), {}, {}, time_s},
+                           path_.size(),
+                           registrar_.Analyze(view_.Rectify(image, buffer_))};
   if (recording_.keyframes.empty()) {
     path_.push_back({time_s, {}});
     Keep(std::move(current));

@@ -26,6 +26,8 @@ constexpr double kScaleLimitRatio = 0.02;
 constexpr double kAxleLimitM = 0.01;
 constexpr double kLateLimitS = 0.02;
 constexpr double kLeastDistanceM = 0.5;
+// Under a ceiling with depth limits are wider: blocks show parts at different heights.
+constexpr double kDepthFactor = 3;
 // Error of the camera's centre by a lens that is known to 0.05 px, in pixels.
 constexpr double kLensShiftPx = 0.1;
 
@@ -40,9 +42,8 @@ Matrix3d LevelOf(const calib::MountedCamera& up) {
 // The camera with the rotation and the read-out time that a fit found.
 calib::MountedCamera Tilted(const calib::MountedCamera& up, const DriveSolution& solution) {
   const Matrix3d R_base_level = LevelOf(up);
-  const Eigen::Vector3d turn(solution.errors[calibration::kCameraTiltX],
-                             solution.errors[calibration::kCameraTiltY],
-                             0);
+  const Eigen::Vector3d turn(
+      solution.errors[calibration::kCameraTiltX], solution.errors[calibration::kCameraTiltY], 0);
   Matrix3d tilt = Matrix3d::Identity();
   if (turn.norm() > 0) tilt = Eigen::AngleAxisd(turn.norm(), turn.normalized());
   calib::MountedCamera result = up;
@@ -77,10 +78,13 @@ void CheckTilt(const calib::MountedCamera& up, DriveCheck& check) {
   const Eigen::Matrix2d turn = Pose2{0, 0, YawOfLevel(up)}.Rotation();
   const Eigen::Matrix2d covariance =
       turn * check.camera.covariance.topLeftCorner<2, 2>() * turn.transpose();
-  check.roll_rad = {roll(stated), {roll(seen), std::sqrt(covariance(0, 0))}, kTiltLimitRad};
-  check.pitch_rad = {pitch(stated), {pitch(seen), std::sqrt(covariance(1, 1))}, kTiltLimitRad};
+  const double limit = check.limit_factor * kTiltLimitRad;
+  check.roll_rad = {roll(stated), {roll(seen), std::sqrt(covariance(0, 0))}, limit};
+  check.pitch_rad = {pitch(stated), {pitch(seen), std::sqrt(covariance(1, 1))}, limit};
   const Matrix3d R_level_base = LevelOf(up).transpose();
-  const auto axis = [&](const Matrix3d& R) -> Vector2d { return (R_level_base * R).col(2).head<2>(); };
+  const auto axis = [&](const Matrix3d& R) -> Vector2d {
+    return (R_level_base * R).col(2).head<2>();
+  };
   const bool wrong = check.pitch_rad.IsWrong() || check.roll_rad.IsWrong();
   check.leans_mirrored = wrong && LeansMirrored(axis(stated), axis(seen));
 }
@@ -102,7 +106,7 @@ void CheckLens(const calib::MountedCamera& up, DriveCheck& check) {
                               solution.errors[calibration::kCameraRadial5]);
   const Eigen::Matrix2d covariance =
       solution.covariance.block<2, 2>(calibration::kCameraRadial3, calibration::kCameraRadial3);
-  check.lens_px.limit = kLensLimitRatio * up.camera.width_px;
+  check.lens_px.limit = check.limit_factor * kLensLimitRatio * up.camera.width_px;
   for (int i = 1; i <= kSteps; ++i) {
     const double r = static_cast<double>(i) / kSteps;
     const Eigen::RowVector2d by_terms(std::pow(r, 3) - r * linear.x(),
@@ -114,23 +118,26 @@ void CheckLens(const calib::MountedCamera& up, DriveCheck& check) {
   }
 }
 
-void CheckFocal(const calib::MountedCamera& up, const DriveSolution& with_focal, DriveCheck& check) {
+void CheckFocal(const calib::MountedCamera& up,
+                const DriveSolution& with_focal,
+                DriveCheck& check) {
   const double focal_px = FocalOf(up);
   check.focal_px_seen = {focal_px,
                          {focal_px / (1 - with_focal.errors[calibration::kCameraFocal]),
                           focal_px * std::sqrt(with_focal.covariance(calibration::kCameraFocal,
                                                                      calibration::kCameraFocal))},
-                         kFocalLimitRatio * focal_px};
+                         check.limit_factor * kFocalLimitRatio * focal_px};
   constexpr double kAsGood = 1.15;
-  check.focal_explains_lens = check.focal_px_seen.IsWrong() &&
-                              with_focal.sigma_px < kAsGood * check.with_lens.sigma_px;
+  check.focal_explains_lens =
+      check.focal_px_seen.IsWrong() && with_focal.sigma_px < kAsGood * check.with_lens.sigma_px;
 }
 
 void CheckReadout(const calib::MountedCamera& up, DriveCheck& check) {
-  const double variance = check.camera.covariance(calibration::kCameraReadout, calibration::kCameraReadout);
+  const double variance =
+      check.camera.covariance(calibration::kCameraReadout, calibration::kCameraReadout);
   check.readout_s = {up.readout_time_s,
                      {check.camera.errors[calibration::kCameraReadout], std::sqrt(variance)},
-                     kReadoutLimitS};
+                     check.limit_factor * kReadoutLimitS};
 }
 
 // What the axle's distance must agree to: where nothing else shows the scale, it does.
@@ -216,8 +223,7 @@ void CheckDistance(const calib::Rig& rig,
   const double seen_m = *knowledge.distance_m / moved.norm();
   check.distance_m =
       Checked{stated_m,
-              {seen_m,
-               seen_m * std::hypot(kTapeSigmaM / *knowledge.distance_m, scale_doubt)},
+              {seen_m, seen_m * std::hypot(kTapeSigmaM / *knowledge.distance_m, scale_doubt)},
               kScaleLimitRatio * stated_m};
 }
 
@@ -252,8 +258,8 @@ std::optional<Measurements> MeasureAgainAndAgain(const calib::MountedCamera& up,
     const double by_s = std::abs(better.readout_time_s - known.readout_time_s);
     const bool was_depth = result.depth;
     result.depth = measurer.HasDepth() && result.solution.depth_ratio > kLeastDepth;
-    const bool settled = std::abs(turn.angle()) < kSettledRad && by_s < kSettledS &&
-                         result.depth == was_depth;
+    const bool settled =
+        std::abs(turn.angle()) < kSettledRad && by_s < kSettledS && result.depth == was_depth;
     if (round > 0 && settled) break;
     known = better;
     accurate = result.depth || result.solution.sigma_px < kAccuratePx;
@@ -282,9 +288,9 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
   const std::optional<Measurements> measured = MeasureAgainAndAgain(up, measurer);
   if (!measured) return std::nullopt;
   check.camera = measured->solution;
+  if (measured->depth) check.limit_factor = kDepthFactor;
   check.with_lens = calibration::SolveDrive(up, measured->drive, {.radial = true});
-  const DriveSolution with_focal =
-      calibration::SolveDrive(up, measured->drive, {.focal = true});
+  const DriveSolution with_focal = calibration::SolveDrive(up, measured->drive, {.focal = true});
   if (!check.with_lens.ok || !with_focal.ok) return std::nullopt;
   CheckLens(up, check);
   CheckFocal(up, with_focal, check);
@@ -294,8 +300,8 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
     check.camera = with_focal;
   }
   measurer.Improve(check.camera.cameras);
-  // The rough poses have the scale of the ceiling's plane, which the fit loses where most points are
-  // below it.
+  // The rough poses have the scale of the ceiling's plane, which the fit loses where most points
+  // are below it.
   const std::vector<DriveStep> steps = measured->depth ? rough_steps : measurer.Steps();
   for (const DriveStep& step : steps) check.turn_rad += std::abs(step.turn_rad);
   const double scale_doubt = check.camera.depth_ratio;

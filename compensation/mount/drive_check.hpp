@@ -31,9 +31,9 @@ enum class TurnDirection : std::uint8_t { kLeft, kRight };
 
 /// What else is known of the drive.
 struct DriveKnowledge {
-  std::vector<StampedPose> odometry;         ///< of the wheels; empty: none
-  std::optional<double> distance_m;          ///< of base, in a line from the first image to the last
-  std::optional<TurnDirection> first_turn;   ///< of more than 20 deg
+  std::vector<StampedPose> odometry;        ///< of the wheels; empty: none
+  std::optional<double> distance_m;         ///< of base, in a line from the first image to the last
+  std::optional<TurnDirection> first_turn;  ///< of more than 20 deg
 };
 
 /// A rig compared with a drive. Values that are absent could not be checked.
@@ -41,7 +41,8 @@ struct DriveCheck {
   /// Mounting and read-out time; with deviations of the lens where these are wrong.
   calibration::DriveSolution camera;
   calibration::DriveSolution with_lens;
-  double focal_px = 0;  ///< of the rig
+  double focal_px = 0;      ///< of the rig
+  double limit_factor = 1;  ///< > 1 under a ceiling with depth
 
   /// Displacement of points in the image that the lens model does not explain, px: the largest over
   /// the radius, apart from a change of scale. Stated as 0.

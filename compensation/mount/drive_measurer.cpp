@@ -58,9 +58,8 @@ void DriveMeasurer::Improve(const std::vector<Pose2>& cameras) {
 }
 
 bool DriveMeasurer::HasDepth() const {
-  return std::any_of(parts_.begin(), parts_.end(), [](const CeilingRecording& part) {
-    return part.has_depth;
-  });
+  return std::any_of(
+      parts_.begin(), parts_.end(), [](const CeilingRecording& part) { return part.has_depth; });
 }
 
 std::vector<DriveStep> DriveMeasurer::Steps() const {

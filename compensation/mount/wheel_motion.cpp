@@ -43,8 +43,8 @@ LinearFit FitRobustly(const MatrixXd& A, const VectorXd& b, double least_sigma) 
     fit.values = solver.solve(weighted.transpose() * b);
     const VectorXd errors = A * fit.values - b;
     fit.sigma = std::max(least_sigma, RobustSigma(errors));
-    fit.covariance = fit.sigma * fit.sigma *
-                     solver.solve(MatrixXd::Identity(normal.rows(), normal.cols()));
+    fit.covariance =
+        fit.sigma * fit.sigma * solver.solve(MatrixXd::Identity(normal.rows(), normal.cols()));
     for (Eigen::Index i = 0; i < b.size(); ++i) {
       const double ratio = errors[i] / (kCauchyScale * fit.sigma);
       weights[i] = 1 / (1 + ratio * ratio);
@@ -253,8 +253,8 @@ std::optional<OdometryFit> FitOdometry(const std::vector<DriveStep>& steps,
     const auto from = track.At(step.start_s + offset.offset_s);
     const auto to = track.At(step.end_s + offset.offset_s);
     if (!from || !to) continue;
-    const Vector2d moved = Pose2{0, 0, -0.5 * (from->yaw + to->yaw)} *
-                           Vector2d(to->x - from->x, to->y - from->y);
+    const Vector2d moved =
+        Pose2{0, 0, -0.5 * (from->yaw + to->yaw)} * Vector2d(to->x - from->x, to->y - from->y);
     const double lever = Lever(step);
     rows.push_back({step.moved.x(), -step.moved.y(), 0, lever});
     right.push_back(moved.x());
@@ -264,8 +264,10 @@ std::optional<OdometryFit> FitOdometry(const std::vector<DriveStep>& steps,
   MatrixXd A(static_cast<Eigen::Index>(rows.size()), 4);
   for (std::size_t i = 0; i < rows.size(); ++i) A.row(static_cast<Eigen::Index>(i)) = rows[i];
   constexpr double kLeastM = 1e-4;
-  const LinearFit linear = FitRobustly(
-      A, Eigen::Map<const VectorXd>(right.data(), static_cast<Eigen::Index>(right.size())), kLeastM);
+  const LinearFit linear =
+      FitRobustly(A,
+                  Eigen::Map<const VectorXd>(right.data(), static_cast<Eigen::Index>(right.size())),
+                  kLeastM);
   const double distance = std::hypot(linear.values[0], linear.values[1]);
   fit.distance_m = {distance, ValueOf(linear, 0).sigma};
   fit.yaw_rad = {std::atan2(linear.values[1], linear.values[0]),

@@ -21,9 +21,9 @@ struct DriveStep {
 /// The mount of the camera relative to driven wheels, which do not slip sideways: the middle of the
 /// axle moves along base x, except for errors of the wheels.
 struct WheelMotion {
-  Measured yaw_rad;      ///< of the levelled camera in base
-  Measured ahead;        ///< x of the camera relative to the axle, in units of the ceiling's distance
-  double slip = 0;       ///< sideways, robust standard deviation relative to the steps' length
+  Measured yaw_rad;  ///< of the levelled camera in base
+  Measured ahead;    ///< x of the camera relative to the axle, in units of the ceiling's distance
+  double slip = 0;   ///< sideways, robust standard deviation relative to the steps' length
 };
 
 /// The direction in which the robot drives most is taken as ahead.
@@ -35,8 +35,8 @@ struct OdometryFit {
   bool mirrored = false;  ///< the camera turns right where the odometry turns left
   /// How much the images' stamps are later than the odometry's; needs changes of the turn rate.
   std::optional<Measured> late_s;
-  Measured distance_m;    ///< from the camera to the ceiling
-  Measured yaw_rad;       ///< of the levelled camera in base
+  Measured distance_m;  ///< from the camera to the ceiling
+  Measured yaw_rad;     ///< of the levelled camera in base
 };
 
 /// @param odometry  of base or of any point that is fixed to the robot; stamps increase.
