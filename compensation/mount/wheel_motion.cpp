@@ -217,7 +217,9 @@ Offset FindOffset(const std::vector<DriveStep>& steps, const OdometryTrack& trac
   const double before = CostOf(steps, track, sign, best.offset_s - kWideS).mean;
   const double after = CostOf(steps, track, sign, best.offset_s + kWideS).mean;
   const double curvature = (before + after - 2 * best.cost) / (kWideS * kWideS);
-  if (!std::isfinite(curvature) || curvature <= 0) return best;  // sigma 0: not determined
+  constexpr double kLeastRad = 5e-4;  // of a turn, by a shift of kWideS
+  const bool shows = before + after - 2 * best.cost > 2 * kLeastRad * kLeastRad;
+  if (!std::isfinite(curvature) || !shows) return best;  // sigma 0: not determined
   best.offset_s -= std::clamp((after - before) / (2 * kWideS * curvature), -kWideS, kWideS);
   const auto count = static_cast<double>(CostOf(steps, track, sign, best.offset_s).steps);
   best.sigma_s = std::hypot(0.001, std::sqrt(2 * best.cost / (curvature * count)));
