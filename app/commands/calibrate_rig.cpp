@@ -126,21 +126,21 @@ void WarnOfUncertainAngles(const mount::ForwardMount& forward) {
   check("roll", forward.roll_rad, "--spin-forward");
 }
 
-// Says why the time of a rolling shutter was not measured.
-void TellReadout(const CalibrateRigOptions& params,
-                 bool has_stamps,
-                 const mount::ReadoutFinding& readout) {
+// Says why the read-out time was not measured, where the images show one or have times.
+void ReportReadout(const CalibrateRigOptions& params,
+                   bool has_stamps,
+                   const mount::ReadoutFinding& readout) {
   if (readout.is_determined) return;
   if (has_stamps) {
-    terminal::PrintNote(fmt::format(
-        "the read-out time of the upward camera is known to {:.0f} ms only, and is left as it was; "
-        "let the robot turn faster, in a recording with its true times",
-        1e3 * readout.readout_time_s.sigma));
+    terminal::Note(
+        "the read-out time of the upward camera is known to {:.0f} ms only and remains {:.1f} ms: "
+        "the robot moves too slowly by the times of the images",
+        1e3 * readout.readout_time_s.sigma,
+        1e3 * readout.used_s);
   } else if (readout.is_rolling) {
     terminal::Warn(
-        "{}: the rows of an image are exposed one after the other (rolling shutter), but the "
-        "images "
-        "have no times, so that readout_time_s cannot be measured; give --spin-stamps and "
+        "{}: the rows of an image are exposed one after the other (rolling shutter), but without "
+        "times of the images readout_time_s cannot be measured; give --spin-stamps and "
         "--straight-stamps",
         params.spin);
   }
@@ -153,15 +153,17 @@ std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& p
                                                     const mount::UpMount& up) {
   std::vector<calibration::MotionWithMatches> motions;
   std::vector<std::string> names;
-  const auto read = [&](const recordings::RigRecording& recording, const char* label) {
-    if (recording.forward.empty()) return;
-    const auto found = recordings::ReadForwardMatches(recording, rig, label);
-    if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
-    names.push_back(recording.forward);
-    motions.insert(motions.end(), found.begin(), found.end());
-  };
-  read(params.Spin(), "spin, forward");
-  read(params.Straight(), "straight, forward");
+  const auto read =
+      [&](recordings::RigRecording recording, const Twist2& start, const char* label) {
+        if (recording.forward.empty()) return;
+        recording.start = start;
+        const auto found = recordings::ReadForwardMatches(recording, rig, label);
+        if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
+        names.push_back(recording.forward);
+        motions.insert(motions.end(), found.begin(), found.end());
+      };
+  read(params.Spin(), up.spin_start, "spin, forward");
+  read(params.Straight(), up.straight_start, "straight, forward");
   if (names.empty()) return std::nullopt;
   return mount::MeasureForwardMount(
       *rig.forward, motions, up, params.lens_sigma_px, fmt::format("{}", fmt::join(names, ", ")));
@@ -214,7 +216,7 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
         "{}: the robot drives backwards by the given rig; the straight drive is taken as ahead",
         params.straight);
   }
-  TellReadout(params, spin.has_stamps && straight.has_stamps, result.readout);
+  ReportReadout(params, spin.has_stamps && straight.has_stamps, result.readout);
   const auto moving = steady_clock::now();
   calib::Rig measured = calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file);
   FitRig(params, size, forward_size, measured);

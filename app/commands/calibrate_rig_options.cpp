@@ -61,8 +61,9 @@ void CalibrateRigOptions::AddInput(CLI::App& cli) {
       ->required();
   add("--spin-stamps",
       spin_stamps,
-      "Time of each frame, for both cameras; not needed for one camera, but checked when "
-      "given",
+      "Time of each frame, for both cameras. Needed for two cameras, and for the read-out time of "
+      "a "
+      "rolling shutter where the recording itself has no times",
       "FRAMES.csv");
   add("--straight-stamps", straight_stamps, "As --spin-stamps", "FRAMES.csv");
 }
@@ -74,7 +75,6 @@ void CalibrateRigOptions::AddForward(CLI::App& cli) {
   add("--spin-forward",
       spin_forward,
       "The forward camera during the spin: for its pitch and roll. The rig must "
-      "must "
       "contain its intrinsics, its position, and its direction to 10 deg",
       "SOURCE");
   add("--straight-forward",
@@ -116,7 +116,8 @@ void CalibrateRigOptions::AddTo(CLI::App& cli) {
   cli.add_option(
          "-o,--output",
          output,
-         "The rig with the measured a, h and pose of the upward camera, otherwise unchanged")
+         "The rig with the measured a, h, pose and read-out time of the upward camera, otherwise "
+         "unchanged")
       ->required()
       ->type_name("RIG.yaml")
       ->group("Results");

@@ -34,9 +34,11 @@ struct CalibrateRigOptions {
   void Check(files::Existing existing) const;
 
   /// The recordings, with the forward camera where there is one.
-  [[nodiscard]] recordings::RigRecording Spin() const { return {spin, spin_forward, spin_stamps}; }
+  [[nodiscard]] recordings::RigRecording Spin() const {
+    return {spin, spin_forward, spin_stamps, {}};
+  }
   [[nodiscard]] recordings::RigRecording Straight() const {
-    return {straight, straight_forward, straight_stamps};
+    return {straight, straight_forward, straight_stamps, {}};
   }
 
  private:

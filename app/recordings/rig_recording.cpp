@@ -94,15 +94,14 @@ std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecordin
   const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
   SynchronizedStream forward(recording.forward, recording.stamps);
   mount::ForwardFeatureTracker tracker(*rig.forward);
-  mount::MotionInSpace motion(view);
+  mount::MotionInSpace motion(view, recording.start);
   LostFrames lost(up);
   terminal::Progress progress(label, "frames", up.ExpectedFrames());
   Frame frame;
-  cv::Mat buffer;
   std::int64_t frames = 0;
   while (up.Read(frame)) {
     progress.Update(++frames);
-    const auto T_first_base = motion.Add(view.Rectify(frame.image, buffer), frame.stamp_s);
+    const auto T_first_base = motion.Add(frame.image, frame.stamp_s);
     tracker.Add(forward.At(frame.stamp_s), T_first_base);
     lost.Count(frame, T_first_base.has_value());
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/solve/forward_mount.hpp"
@@ -18,6 +19,7 @@ struct RigRecording {
   std::string up;
   std::string forward;           ///< empty: upward camera only
   std::filesystem::path stamps;  ///< of both; empty: the recordings' own time
+  Twist2 start = {};             ///< velocity of base at the first image, if known
 };
 
 /// Reads the upward camera's recording of a spin or of a straight drive.

@@ -42,6 +42,12 @@ mount::Measured InDegrees(const mount::Measured& m) {
   return {kDegPerRad * m.value, kDegPerRad * m.sigma};
 }
 
+// Milliseconds; the rig's own value without a deviation where it was not measured.
+mount::Measured ReadoutOf(const mount::ReadoutFinding& readout) {
+  if (!readout.is_determined) return {1e3 * readout.used_s, 0};
+  return {1e3 * readout.readout_time_s.value, 1e3 * readout.readout_time_s.sigma};
+}
+
 // Parameters from the upward camera's recordings.
 std::vector<Parameter> MountParameters(const calib::Rig& before, const mount::UpMount& result) {
   const MountAngles angles = AnglesOf(before.up->T_base_cam.linear());
@@ -62,7 +68,7 @@ std::vector<Parameter> MountParameters(const calib::Rig& before, const mount::Up
        "read-out",
        "ms",
        1000 * before.up->readout_time_s,
-       millimetres(result.readout.readout_time_s),
+       ReadoutOf(result.readout),
        2},
       {"h_m", "h", "m", before.ceiling_height_m, result.ceiling_height_m},
       {"distance_m", "ceiling above camera", "m", Z, result.distance_m},
@@ -120,6 +126,7 @@ std::string RigHeader(const RigFindings& found) {
   add("up: yaw", result.yaw_rad, kDegPerRad, "deg");
   add("up: pitch", result.pitch_rad, kDegPerRad, "deg");
   add("up: roll", result.roll_rad, kDegPerRad, "deg");
+  if (result.readout.is_determined) add("up: read-out", result.readout.readout_time_s, 1, "s");
   if (found.forward) {
     add("forward: yaw", found.forward->yaw_rad, kDegPerRad, "deg");
     add("forward: pitch (up)", found.forward->pitch_rad, kDegPerRad, "deg");

@@ -256,7 +256,17 @@ std::vector<std::vector<bool>> TermSets(const SolverParams& params) {
     sets = {{}, {0}, {0, 1}, {0, 2, 3}, {0, 1, 4}, {0, 1, 2, 3}};
   }
   if (params.choose_terms && params.model == LensModel::kRational) {
-    sets.insert(sets.end(), {{0, 5}, {0, 1, 5}, {0, 1, 4, 5}, {0, 1, 5, 6}, {0, 1, 2, 3, 4}});
+    // All eight together are hardly determined beyond the boards.
+    sets.insert(sets.end(),
+                {{0, 5},
+                 {0, 1, 5},
+                 {0, 2, 3, 5},
+                 {0, 1, 4, 5},
+                 {0, 1, 5, 6},
+                 {0, 1, 2, 3, 4},
+                 {0, 1, 2, 3, 5},
+                 {0, 1, 2, 3, 4, 5},
+                 {0, 1, 2, 3, 5, 6}});
   }
   std::vector<std::vector<bool>> free;
   for (const std::vector<int>& set : sets) {
@@ -278,12 +288,43 @@ double Criterion(const CameraEstimate& estimate,
          values * std::log(numbers);
 }
 
+// True when the model is valid in the whole image.
+bool ReachesCorners(const Lens& lens) {
+  for (const double u : {0.0, lens.width_px - 1.0}) {
+    for (const double v : {0.0, lens.height_px - 1.0}) {
+      if (!lens.Ray({u, v})) return false;
+    }
+  }
+  return true;
+}
+
+// A set of coefficients with its fit.
+struct Candidate {
+  CameraEstimate estimate;
+  std::vector<bool> free;
+  double criterion = std::numeric_limits<double>::infinity();
+};
+
+// The best candidate. A model that ends before the corners of the image, where no board was, yields
+// to one that reaches them and fits nearly as well.
+const Candidate* Choose(const std::vector<Candidate>& candidates) {
+  constexpr double kNearlyAsWell = 1.1;  // ratio of the RMS
+  const Candidate* best = nullptr;
+  const Candidate* reaching = nullptr;
+  for (const Candidate& candidate : candidates) {
+    if (!best || candidate.criterion < best->criterion) best = &candidate;
+    if (reaching && candidate.criterion >= reaching->criterion) continue;
+    if (ReachesCorners(candidate.estimate.lens)) reaching = &candidate;
+  }
+  const bool nearly = reaching && reaching->estimate.squares_px2 <=
+                                      kNearlyAsWell * kNearlyAsWell * best->estimate.squares_px2;
+  return nearly ? reaching : best;
+}
+
 std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverParams& params) {
   const std::optional<CameraEstimate> start = problem.Start();
   if (!start) return std::nullopt;
-  std::optional<CameraEstimate> best;
-  std::vector<bool> best_free;
-  double least = std::numeric_limits<double>::infinity();
+  std::vector<Candidate> candidates;
   for (const std::vector<bool>& free : TermSets(params)) {
     CameraEstimate estimate = *start;
     for (std::size_t i = kPinholeValues; i < free.size(); ++i) {
@@ -292,13 +333,11 @@ std::optional<CameraSolution> SolveOnce(const Problem& problem, const SolverPara
     problem.Minimise(free, estimate);
     if (!std::isfinite(estimate.squares_px2)) continue;
     const double criterion = Criterion(estimate, free, problem.UsedCorners());
-    if (criterion >= least) continue;
-    least = criterion;
-    best = std::move(estimate);
-    best_free = free;
+    candidates.push_back({std::move(estimate), free, criterion});
   }
-  if (!best) return std::nullopt;
-  return problem.Solution(*best, best_free);
+  const Candidate* const best = Choose(candidates);
+  if (best == nullptr) return std::nullopt;
+  return problem.Solution(best->estimate, best->free);
 }
 
 // The view with the largest residuals, if it does not belong to the same board and camera.

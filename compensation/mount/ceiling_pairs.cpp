@@ -14,17 +14,6 @@ namespace {
 
 using registration::PlaneMotion;
 
-// A velocity of the camera, in its levelled axes, as one of base.
-Twist2 InBase(const calibration::ViewVelocity& velocity,
-              const Eigen::Isometry3d& T_base_camera,
-              double distance_m) {
-  const Eigen::Vector2d at = T_base_camera.translation().head<2>();
-  const Eigen::Matrix2d R = T_base_camera.linear().topLeftCorner<2, 2>();
-  return {
-      distance_m * (R * velocity.linear) - velocity.yaw_rad_s * Eigen::Vector2d(-at.y(), at.x()),
-      velocity.yaw_rad_s};
-}
-
 class PairRegistrar {
  public:
   PairRegistrar(const CeilingRecording& recording,
@@ -116,6 +105,16 @@ class PairRegistrar {
 };
 
 }  // namespace
+
+Twist2 InBase(const calibration::ViewVelocity& velocity,
+              const Eigen::Isometry3d& T_base_camera,
+              double distance_m) {
+  const Eigen::Vector2d at = T_base_camera.translation().head<2>();
+  const Eigen::Matrix2d R = T_base_camera.linear().topLeftCorner<2, 2>();
+  return {
+      distance_m * (R * velocity.linear) - velocity.yaw_rad_s * Eigen::Vector2d(-at.y(), at.x()),
+      velocity.yaw_rad_s};
+}
 
 calibration::Recording MeasurePairs(const CeilingRecording& recording,
                                     const calib::MountedCamera& up,

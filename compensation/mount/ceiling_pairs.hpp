@@ -1,8 +1,10 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "calib/base/pose2.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
 #include "calib/solve/rig_solver.hpp"
 #include "compensation/mount/ceiling_recording.hpp"
@@ -14,6 +16,12 @@ struct KnownMotion {
   std::vector<Pose2> cameras;                         ///< T_first_camera of the keyframes
   std::vector<calibration::ViewVelocity> velocities;  ///< at the keyframes
 };
+
+/// A velocity of the camera as one of base.
+/// @param T_base_camera  the levelled camera. @param distance_m  of the ceiling from it.
+Twist2 InBase(const calibration::ViewVelocity& velocity,
+              const Eigen::Isometry3d& T_base_camera,
+              double distance_m);
 
 /// Ceiling points that two keyframes show, for many pairs: consecutive keyframes, and keyframes
 /// farther apart as long as they overlap by at least 35 %.

@@ -70,8 +70,8 @@ CeilingRecording CeilingRecorder::Finish() {
 }
 
 // With the heights of the keyframe, where one plane does not explain the images.
-registration::Registration CeilingRecorder::Register(const registration::FrameSpectrum& current) {
-  const Pose2 expected = key_.keyframe.T_first_camera.Inverse() * T_first_last_ * step_;
+registration::Registration CeilingRecorder::Register(const registration::FrameSpectrum& current,
+                                                     const Pose2& expected) {
   constexpr double kSigmaRatio = 0.1;  // of the image's width
   constexpr double kSigmaDeg = 10;
   const registration::MotionPrior prior{
@@ -88,8 +88,9 @@ registration::Registration CeilingRecorder::Register(const registration::FrameSp
 }
 
 std::optional<Pose2> CeilingRecorder::Match(registration::FrameSpectrum& current) {
-  const registration::Registration found = Register(current);
-  if (!found.ok()) return std::nullopt;
+  const Pose2 expected = key_.keyframe.T_first_camera.Inverse() * T_first_last_ * step_;
+  const registration::Registration found = Register(current, expected);
+  if (!found.ok()) return Follow(current, expected);
   if (found.heights) {
     ++matched_with_depth_;
     key_.spectrum.SetHeights(found.heights);
@@ -99,6 +100,23 @@ std::optional<Pose2> CeilingRecorder::Match(registration::FrameSpectrum& current
   const registration::PlaneMotion motion =
       registration::PlaneMotion::FromSimilarity(camera_, found.motion);
   return Pose2{motion.x, motion.y, motion.yaw};
+}
+
+// The images of a tilted camera do not agree by a similarity: under a ceiling of little texture too
+// few blocks may be left.
+std::optional<Pose2> CeilingRecorder::Follow(const registration::FrameSpectrum& current,
+                                             const Pose2& expected) {
+  if (path_.size() < 2) return std::nullopt;  // nothing is known of the motion
+  const registration::PlaneFit fit =
+      registrar_.RefinePlane(key_.spectrum, current, camera_, LevelMotion(expected));
+  constexpr int kMinBlocks = 12;
+  constexpr double kMinInliers = 0.8;  // within a pixel
+  constexpr double kMaxTilt = 0.02;
+  if (!fit.ok || fit.blocks < kMinBlocks || fit.inliers < kMinInliers * fit.blocks ||
+      std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) > kMaxTilt) {
+    return std::nullopt;
+  }
+  return Pose2{fit.motion.x, fit.motion.y, fit.motion.yaw};
 }
 
 bool CeilingRecorder::IsFarFromKeyframe(const Pose2& T_key_current) const {

@@ -65,7 +65,9 @@ class CeilingRecorder {
   };
 
   std::optional<Pose2> Match(registration::FrameSpectrum& current);
-  registration::Registration Register(const registration::FrameSpectrum& current);
+  registration::Registration Register(const registration::FrameSpectrum& current,
+                                      const Pose2& expected);
+  std::optional<Pose2> Follow(const registration::FrameSpectrum& current, const Pose2& expected);
   [[nodiscard]] bool IsFarFromKeyframe(const Pose2& T_key_current) const;
   void Keep(AnalyzedKeyframe frame);
 

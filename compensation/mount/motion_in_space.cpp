@@ -6,19 +6,71 @@ namespace ceilmap::mount {
 
 using Eigen::Isometry3d;
 
-MotionInSpace::MotionInSpace(const calib::CeilingView& view) : tracker_(view), level_view_(view) {}
+MotionInSpace::MotionInSpace(const calib::CeilingView& view, const Twist2& start)
+    : view_(view), tracker_(view), level_view_(view), start_(start) {}
 
-std::optional<Isometry3d> MotionInSpace::Add(const cv::Mat& image, double stamp_s) {
-  compensation::CeilingTracker::Frame frame = tracker_.Analyze(image, stamp_s);
+std::optional<Isometry3d> MotionInSpace::Add(const cv::Mat& raw, double stamp_s) {
   if (!tracker_.HasReference()) {
-    tracker_.SetReference(frame);
+    Begin(raw, stamp_s, start_);
+    if (view_.HasRollingShutter()) first_raw_ = raw.clone();
     return T_first_reference_;
   }
-  const std::optional<compensation::CeilingMotion> motion = tracker_.Measure(frame);
-  if (!motion) return std::nullopt;
-  const Isometry3d T_first_base = T_first_reference_ * motion->T_reference_base;
-  Renew(frame, *motion);
+  std::optional<Drawn> drawn =
+      view_.HasRollingShutter() ? MeasureRolling(raw, stamp_s) : Measure(raw, stamp_s, {});
+  if (!drawn) return std::nullopt;
+  const Isometry3d T_first_base = T_first_reference_ * drawn->motion.T_reference_base;
+  last_ = Placed{T_first_base, stamp_s};
+  Renew(drawn->frame, drawn->motion);
   return T_first_base;
+}
+
+// Pose of a level robot that would see the ceiling at the same place: the image moves with it,
+// whether the robot tilts or the measured tilt is wrong.
+Pose2 MotionInSpace::Apparent(const Isometry3d& T_first_base) const {
+  const PlanarTilt at = FromSpace(T_first_base);
+  const Eigen::Vector2d seen = at.pose * level_view_.CeilingShift(at.tilt);
+  return {seen.x(), seen.y(), at.pose.yaw};
+}
+
+void MotionInSpace::Begin(const cv::Mat& raw, double stamp_s, const Twist2& velocity) {
+  tracker_.SetReference(tracker_.Analyze(view_.Rectify(raw, buffer_, velocity), stamp_s));
+  last_ = Placed{T_first_reference_, stamp_s};
+}
+
+std::optional<MotionInSpace::Drawn> MotionInSpace::Measure(const cv::Mat& raw,
+                                                           double stamp_s,
+                                                           const Twist2& velocity) {
+  Drawn drawn{tracker_.Analyze(view_.Rectify(raw, buffer_, velocity), stamp_s), {}};
+  const auto motion = tracker_.Measure(drawn.frame);
+  if (!motion) return std::nullopt;
+  drawn.motion = *motion;
+  return drawn;
+}
+
+std::optional<MotionInSpace::Drawn> MotionInSpace::MeasureRolling(const cv::Mat& raw,
+                                                                  double stamp_s) {
+  constexpr int kMaxAgain = 2;
+  constexpr double kExactPx = 0.3;
+  Twist2 assumed = velocity_.At(stamp_s).value_or(start_);
+  for (int again = 0;; ++again) {
+    std::optional<Drawn> drawn = Measure(raw, stamp_s, assumed);
+    if (!drawn) return std::nullopt;
+    const Isometry3d T_first_base = T_first_reference_ * drawn->motion.T_reference_base;
+    const Pose2 T_last_base = Apparent(last_->T_first_base).Inverse() * Apparent(T_first_base);
+    const double duration_s = stamp_s - last_->stamp_s;
+    const StampedTwist2 mean{stamp_s - duration_s / 2, Twist2::Mean(T_last_base, duration_s)};
+    VelocityPredictor measured = velocity_;
+    measured.Add(mean);
+    const Twist2 now = measured.At(stamp_s).value_or(mean.velocity);
+    const Twist2 off{now.linear_m_s - assumed.linear_m_s, now.yaw_rad_s - assumed.yaw_rad_s};
+    if (again == kMaxAgain || view_.ReadoutMotion(off) < kExactPx) {
+      velocity_ = measured;
+      first_raw_.release();
+      return drawn;
+    }
+    assumed = now;
+    if (!first_raw_.empty()) Begin(first_raw_, last_->stamp_s, now);
+  }
 }
 
 // Prefers a level frame to one that must be drawn level; takes any frame before the ceiling is

@@ -4,6 +4,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/twist2.hpp"
+#include "calib/base/velocity_predictor.hpp"
 #include "calib/ceiling_view.hpp"
 #include "calib/level_view.hpp"
 #include "compensation/ceiling_tracker.hpp"
@@ -16,19 +18,43 @@ namespace ceilmap::mount {
 class MotionInSpace {
  public:
   /// @param view  View of a rig; must outlive this object.
-  explicit MotionInSpace(const calib::CeilingView& view);
+  /// @param start  Velocity of base at the first image as far as it is known, for a rolling
+  /// shutter.
+  explicit MotionInSpace(const calib::CeilingView& view, const Twist2& start = {});
 
   /// Adds the next frame: p_first = T_first_base * p_base. The first frame is level by definition.
-  /// @param image  CV_8UC1, rectified. Stamps must increase.
+  /// Images of a rolling shutter are drawn with the velocity that they show; where this differs
+  /// from the predicted one, they are drawn and measured again. The first image is drawn again when
+  /// the second one shows how fast the robot was.
+  /// @param raw  CV_8UC1, as the camera took it. Stamps must increase.
   /// @return nothing when the motion cannot be measured.
-  std::optional<Eigen::Isometry3d> Add(const cv::Mat& image, double stamp_s);
+  std::optional<Eigen::Isometry3d> Add(const cv::Mat& raw, double stamp_s);
 
  private:
+  struct Drawn {
+    compensation::CeilingTracker::Frame frame;
+    compensation::CeilingMotion motion;
+  };
+  struct Placed {
+    Eigen::Isometry3d T_first_base;
+    double stamp_s = 0;
+  };
+  [[nodiscard]] Pose2 Apparent(const Eigen::Isometry3d& T_first_base) const;
+  void Begin(const cv::Mat& raw, double stamp_s, const Twist2& velocity);
+  std::optional<Drawn> Measure(const cv::Mat& raw, double stamp_s, const Twist2& velocity);
+  std::optional<Drawn> MeasureRolling(const cv::Mat& raw, double stamp_s);
   void Renew(compensation::CeilingTracker::Frame& frame, const compensation::CeilingMotion& motion);
 
+  const calib::CeilingView& view_;
   compensation::CeilingTracker tracker_;
   calib::LevelView level_view_;
   Eigen::Isometry3d T_first_reference_ = Eigen::Isometry3d::Identity();
+  cv::Mat buffer_;
+  // Of a rolling shutter only:
+  Twist2 start_;
+  cv::Mat first_raw_;  // until its velocity is known
+  std::optional<Placed> last_;
+  VelocityPredictor velocity_;
 };
 
 }  // namespace ceilmap::mount

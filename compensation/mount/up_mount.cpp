@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <future>
 #include <optional>
@@ -201,6 +202,11 @@ class MountSolver {
     return solution;
   }
 
+  // Velocities of the levelled camera at the first images.
+  [[nodiscard]] std::array<calibration::ViewVelocity, 2> Starts() const {
+    return {spin_motion_.velocities.front(), straight_motion_.velocities.front()};
+  }
+
  private:
   RigSolution Round(bool first) {
     up_.readout_time_s = mount_.readout_time_s;
@@ -248,11 +254,12 @@ bool Moves(const CeilingRecording& recording) {
 
 // The mount and the read-out time. A camera whose read-out time cannot be told from 0, or not at
 // all, is solved again with a known one: the mount is then more accurate.
-void Solve(const calib::Rig& rig,
-           const CeilingRecording& spin,
-           const CeilingRecording& straight,
-           double lens_sigma_px,
-           UpMount& result) {
+// @return MountSolver::Starts
+std::array<calibration::ViewVelocity, 2> Solve(const calib::Rig& rig,
+                                               const CeilingRecording& spin,
+                                               const CeilingRecording& straight,
+                                               double lens_sigma_px,
+                                               UpMount& result) {
   constexpr double kMaxSigmaS = 0.003;
   constexpr double kSignificant = 3;
   const double known_s = rig.up->readout_time_s;
@@ -264,7 +271,7 @@ void Solve(const calib::Rig& rig,
   readout.used_s = known_s;
   if (!Moves(spin) && !Moves(straight)) {
     result.solution = solver.Settle(0);
-    return;
+    return solver.Starts();
   }
   result.solution = solver.Settle(std::nullopt);
   readout.readout_time_s = {
@@ -281,6 +288,7 @@ void Solve(const calib::Rig& rig,
   } else if (!readout.is_rolling) {
     result.solution = solver.Settle(0);
   }
+  return solver.Starts();
 }
 
 // Z with its deviation, and the heights and lengths that follow from it.
@@ -393,7 +401,7 @@ UpMount MeasureUpMount(const calib::Rig& rig,
   CheckSpin(spin);
   CheckStraight(straight, rig.ceiling_height_m - rig.up->T_base_cam.translation().z());
   UpMount result;
-  Solve(rig, spin, straight, lens_sigma_px, result);
+  const auto starts = Solve(rig, spin, straight, lens_sigma_px, result);
   SetScale(rig, tape, result);
   SetPosition(rig, result);
   SetAngles(result);
@@ -404,6 +412,11 @@ UpMount MeasureUpMount(const calib::Rig& rig,
   result.T_base_up.linear() = RotationOf(result.solution.mount);
   result.T_base_up.translation() << rig.up->T_base_cam.translation().x(), result.camera_y_m.value,
       result.camera_z_m.value;
+  Eigen::Isometry3d level = result.T_base_up;
+  level.linear() =
+      Eigen::AngleAxisd(result.solution.mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  result.spin_start = InBase(starts[0], level, result.distance_m.value);
+  result.straight_start = InBase(starts[1], level, result.distance_m.value);
   return result;
 }
 

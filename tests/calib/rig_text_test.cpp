@@ -47,6 +47,19 @@ RigValues Values(double axle_m, double ceiling_m) {
   return values;
 }
 
+TEST(RigText, SetsTheReadoutTimeOfTheUpwardCamera) {
+  const std::string text = "a: 0.1\nh: 2.4\n" + kCameras + kPose;
+  RigValues values;
+  values.up_readout_time_s = -0.0215;
+  EXPECT_EQ(ParseRig(ChangeRig(text, "r.yaml", values, "r.yaml"), "r.yaml").up->readout_time_s,
+            -0.0215);
+  const std::string known = text + "    readout_time_s: 0.01\n";
+  EXPECT_EQ(ParseRig(ChangeRig(known, "r.yaml", values, "r.yaml"), "r.yaml").up->readout_time_s,
+            -0.0215);
+  EXPECT_EQ(CompleteRig(known, "r.yaml", values), known);
+  EXPECT_EQ(ParseRig(ChangeRig(known, "r.yaml", {}, "r.yaml"), "r.yaml").up->readout_time_s, 0.01);
+}
+
 TEST(RigText, ChangesWhatIsGivenAndKeepsTheRest) {
   const std::string text = "robot: \"one\"\na: 0.1\nd: null\nh: 2.4\n" + kCameras + kPose;
   const std::string changed = ChangeRig(text, "r.yaml", Values(0.14, 2.6), "new.yaml");

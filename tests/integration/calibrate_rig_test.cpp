@@ -28,7 +28,8 @@ using testing::StartsWith;
 constexpr double kAxle = 0.12;
 constexpr double kLength = 1.5;
 
-std::string Scene(const std::string& tum) {
+/// @param camera  More lines of the upward camera.
+std::string Scene(const std::string& tum, const std::string& camera = "") {
   return R"(seed: 5
 axle_behind_mast_m: 0.12
 room: {length_m: 8, width_m: 7, height_m: 2.5, wall_posters_per_100m2: 60, floor_contrast: 0.12}
@@ -42,7 +43,8 @@ camera:
   mount_yaw_deg: 3
   mount_pitch_deg: 1
   mount_roll_deg: -0.6
-forward:
+)" + camera +
+         R"(forward:
   width_px: 320
   height_px: 240
   focal_px: 277
@@ -86,6 +88,8 @@ class CalibrateRigTest : public testing::Test {
     Render("drift", drift);
     Render("straight", straight);
     Render("curve", curve);
+    Render("rolling-spin", spin, "  readout_time_s: 0.03\n");
+    Render("rolling-straight", straight, "  readout_time_s: 0.03\n");
     const std::string rig = ReadAll(*folder_ / "spin/rig.yaml");
     // With a forward camera that points straight ahead, by the initial rig.
     std::string ahead = "d: 0.45\n" + rig.substr(rig.find("cameras:"));
@@ -108,9 +112,11 @@ class CalibrateRigTest : public testing::Test {
     folder_ = nullptr;
   }
 
-  static void Render(const std::string& name, const std::string& poses) {
+  static void Render(const std::string& name,
+                     const std::string& poses,
+                     const std::string& camera = "") {
     folder_->Write(name + ".tum", poses);
-    folder_->Write(name + ".yaml", Scene(name + ".tum"));
+    folder_->Write(name + ".yaml", Scene(name + ".tum", camera));
     const support::ProcessResult made = Run({"simulate", name + ".yaml", "-o", name, "--pictures"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
@@ -201,6 +207,60 @@ TEST_F(CalibrateRigTest, WithBothTheCamerasHeightComesOutToo) {
       "spin/up", "straight/up", {"--rig=rough.yaml", "--distance=1.5", "--ceiling-height=2.5"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
+}
+
+TEST_F(CalibrateRigTest, TheReadoutTimeIsWrittenToTheRig) {
+  const support::ProcessResult result =
+      Calibrate("rolling-spin/up",
+                "rolling-straight/up",
+                {"--rig=rough.yaml",
+                 "--ceiling-height=2.5",
+                 "--spin-stamps=rolling-spin/frames.csv",
+                 "--straight-stamps=rolling-straight/frames.csv"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  ExpectMount();
+  ExpectTruth("readout_ms", 30, 1);
+  EXPECT_NEAR(calib::ReadRig(*folder_ / "new.yaml").up->readout_time_s, 0.03, 0.001);
+  EXPECT_THAT(ReadAll(*folder_ / "new.yaml"), HasSubstr("\n#   up: read-out = 0.0"));
+}
+
+TEST_F(CalibrateRigTest, WithoutTimesTheReadoutTimeIsNotMeasured) {
+  const support::ProcessResult result = Calibrate(
+      "rolling-spin/up", "rolling-straight/up", {"--rig=rough.yaml", "--ceiling-height=2.5"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err,
+            "ceilmap: warning: rolling-spin/up: the rows of an image are exposed one after the "
+            "other (rolling shutter), but without times of the images readout_time_s cannot be "
+            "measured; give --spin-stamps and --straight-stamps\n");
+  ExpectMount();
+  EXPECT_THAT(ReadAll(*folder_ / "new.yaml"), testing::Not(HasSubstr("readout_time_s")));
+}
+
+TEST_F(CalibrateRigTest, AReadoutTimeThatSlowMotionDoesNotShowRemains) {
+  std::string known = ReadAll(*folder_ / "rough.yaml");
+  known += "    readout_time_s: 0.004\n";
+  folder_->Write("known.yaml", known);
+  const auto write_slow = [](const std::string& name, int frames) {
+    std::string stamps = "index,timestamp\n";
+    for (int i = 0; i <= frames; ++i) stamps += fmt::format("{},{}\n", i, 20 * i);
+    folder_->Write(name, stamps);
+  };
+  write_slow("slow-spin.csv", 40);
+  write_slow("slow-straight.csv", 20);
+  const support::ProcessResult result = Calibrate("spin/up",
+                                                  "straight/up",
+                                                  {"--rig=known.yaml",
+                                                   "--ceiling-height=2.5",
+                                                   "--spin-stamps=slow-spin.csv",
+                                                   "--straight-stamps=slow-straight.csv"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              AllOf(StartsWith("ceilmap: the read-out time of the upward camera is known to "),
+                    EndsWith(" ms only and remains 4.0 ms: the robot moves too slowly by the times "
+                             "of the images\n")));
+  ExpectMount();
+  EXPECT_EQ(calib::ReadRig(*folder_ / "new.yaml").up->readout_time_s, 0.004);
 }
 
 TEST_F(CalibrateRigTest, SpinAndDriveDetermineTheForwardCamera) {

@@ -23,7 +23,7 @@ class Walk {
         motion_(view_) {}
 
   std::optional<Isometry3d> Show(const cv::Mat& image) {
-    return motion_.Add(view_.Rectify(image, buffer_), 0.1 * static_cast<double>(++shown_));
+    return motion_.Add(image, 0.1 * static_cast<double>(++shown_));
   }
 
   void Step(const simulator::Frame& frame) {
@@ -44,7 +44,6 @@ class Walk {
   simulator::Renderer renderer_;
   calib::CeilingView view_;
   MotionInSpace motion_;
-  cv::Mat buffer_;
   std::int64_t shown_ = 0;
   Isometry3d T_map_first_ = Isometry3d::Identity();
   Isometry3d last_ = Isometry3d::Identity();
@@ -78,6 +77,23 @@ TEST(MotionInSpace, TurnsOnTheSpot) {
   const simulator::Scene scene = compensation::synthetic::Lab();
   Walk walk(scene);
   for (int i = 0; i <= 24; ++i) walk.Step(FrameAt(i, {3, 3, WrapAngle(15 * kRadPerDeg * i)}));
+  EXPECT_LT(walk.MostOffM(), 0.01);
+  EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
+}
+
+// The robot turns from the first image on.
+TEST(MotionInSpace, TurnsWithARollingShutter) {
+  simulator::Scene scene = compensation::synthetic::Lab();
+  scene.camera.readout_time_s = 0.03;
+  const double half_s = simulator::HalfExposure(scene.camera);
+  const auto at = [](double time_s) { return Pose2{3, 3, WrapAngle(0.8 * time_s)}; };
+  Walk walk(scene);
+  for (int i = 0; i <= 24; ++i) {
+    simulator::Frame frame = FrameAt(i, at(0.1 * i));
+    frame.T_map_base_open = ToSpace(at(0.1 * i - half_s), {});
+    frame.T_map_base_close = ToSpace(at(0.1 * i + half_s), {});
+    walk.Step(frame);
+  }
   EXPECT_LT(walk.MostOffM(), 0.01);
   EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
