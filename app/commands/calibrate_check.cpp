@@ -108,12 +108,14 @@ void RunCalibrateCheck(const CalibrateCheckOptions& params,
       rows.begin(), rows.end(), [](const auto& row) { return !row.complaint.empty(); });
   if (complaints > 0) {
     out.failure = fmt::format("{}: does not agree with {}", params.rig.string(), check.source);
-  } else if (!check.drive) {
+  } else if (!check.drive || check.TooManyLost()) {
     out.failure = fmt::format(
-        "{}: too little of the ceiling can be followed; record a drive under a ceiling with "
-        "texture, "
-        "with the lights on",
-        check.source);
+        "{}: {} of {} frames do not match those before them; drive more slowly, under a ceiling "
+        "with "
+        "texture, with the lights on. If the images are good, the rig is that of another camera",
+        check.source,
+        check.lost,
+        check.frames);
   }
 }
 

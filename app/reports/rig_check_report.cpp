@@ -76,7 +76,6 @@ bool LensIsWrong(const DriveCheck& drive) {
   return drive.lens_px.IsWrong() && !drive.focal_explains_lens;
 }
 
-// Lost frames are a fault of the rig only where its lens is wrong.
 CheckedProperty FollowedRow(const RigCheck& check) {
   CheckedProperty row{"followed",
                       "frames followed",
@@ -85,17 +84,7 @@ CheckedProperty FollowedRow(const RigCheck& check) {
                       "",
                       "",
                       ""};
-  constexpr double kMostLost = 0.1;
-  if (static_cast<double>(check.lost) <= kMostLost * static_cast<double>(check.frames)) return row;
-  if (check.drive && !LensIsWrong(*check.drive)) {
-    row.unchecked = "drive more slowly, or under more texture";
-    return row;
-  }
-  row.complaint = fmt::format(
-      "{} of {} frames do not match those before them: the lens model or the size is that of "
-      "another camera, or the robot drives too fast, or the ceiling shows too little texture",
-      check.lost,
-      check.frames);
+  if (check.TooManyLost()) row.unchecked = "too many frames are lost to check the rest";
   return row;
 }
 
@@ -290,6 +279,11 @@ CheckedProperty StampsRow(const RigCheck& check) {
 
 }  // namespace
 
+bool RigCheck::TooManyLost() const {
+  constexpr double kMostLost = 0.2;
+  return static_cast<double>(lost) > kMostLost * static_cast<double>(frames);
+}
+
 std::vector<CheckedProperty> CheckedProperties(const RigCheck& check) {
   std::vector<CheckedProperty> rows{SizeRow(check)};
   if (check.frames > 0) rows.push_back(FollowedRow(check));
@@ -300,6 +294,7 @@ std::vector<CheckedProperty> CheckedProperties(const RigCheck& check) {
     rows.push_back(LensRow(check));
     return rows;
   }
+  if (check.TooManyLost()) return rows;
   rows.push_back(MirrorRow(check));
   rows.push_back(LensRow(check));
   rows.push_back(FocalRow(drive));

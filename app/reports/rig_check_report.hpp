@@ -21,6 +21,9 @@ struct RigCheck {
   bool has_stamps = true;
   bool has_odometry = false;
   std::optional<mount::DriveCheck> drive;  ///< nothing: the ceiling could not be followed
+
+  /// The frames that were followed are too few to compare their values with the rig.
+  [[nodiscard]] bool TooManyLost() const;
 };
 
 /// One property of the rig. A rig is right when no property has a complaint.
