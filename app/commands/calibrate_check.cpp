@@ -16,7 +16,6 @@
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
-#include "calib/robot_rig.hpp"
 #include "compensation/mount/drive_check.hpp"
 
 namespace fs = std::filesystem;
@@ -52,16 +51,6 @@ mount::DriveKnowledge KnowledgeOf(const CalibrateCheckOptions& params) {
   return knowledge;
 }
 
-// The rig's camera at the size of the recording; nothing when it has another shape.
-bool Fit(calib::Rig& rig, const std::string& source, cv::Size size) {
-  try {
-    calib::FitUpCamera(rig, source, size);
-    return true;
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
 // A drive that says little of the rig is no result.
 void CheckTurns(const reports::RigCheck& check) {
   constexpr double kLeastTurnDeg = 45;
@@ -91,13 +80,13 @@ void RunCalibrateCheck(const CalibrateCheckOptions& params,
   check.has_stamps = source.Stamps() != recordings::StampOrigin::kFrameIndex;
   check.has_odometry = !knowledge.odometry.empty();
   check.size = source.Size();
-  calib::Rig rig = check.rig;
-  if (Fit(rig, source.Name(), source.Size())) {
-    const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
+  // The intrinsics are those of one size.
+  if (check.size == check.rig.up->camera.Size()) {
+    const calib::CeilingView view(*check.rig.up, check.rig.ceiling_height_m);
     const recordings::FollowedDrive drive = recordings::FollowDrive(source, view, params.seconds);
     check.frames = drive.frames;
     check.lost = drive.lost;
-    if (!drive.parts.empty()) check.drive = mount::CheckDrive(rig, drive.parts, knowledge);
+    if (!drive.parts.empty()) check.drive = mount::CheckDrive(check.rig, drive.parts, knowledge);
     CheckTurns(check);
   }
   out.interrupted = terminal::Interrupted();
@@ -150,7 +139,7 @@ Command AddCalibrateCheckCommand(CLI::App& calibrate) {
   add("--distance",
       params->distance_m,
       "Distance in a straight line from the robot's position in the first frame to that in the "
-      "last, by a tape measure: checks the ceiling's height",
+      "last that is used, by a tape measure: checks the ceiling's height",
       "M");
   add("--first-turn",
       params->first_turn,
