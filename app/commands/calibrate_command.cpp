@@ -13,10 +13,12 @@ std::vector<Command> AddCalibrateCommands(CLI::App& program) {
       "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --straight straight.mp4 "
       "--ceiling-height 2.6 -o rig.yaml\n"
       "  ceilmap calibrate mirror --omni turn.mp4 --rig rig.yaml -o new.yaml\n"
+      "  ceilmap calibrate check --rig rig.yaml --up drive.mp4 --stamps frames.csv\n"
       "'ceilmap calibrate COMMAND --help' describes a command.");
   return {AddCalibrateCameraCommand(calibrate),
           AddCalibrateRigCommand(calibrate),
-          AddCalibrateMirrorCommand(calibrate)};
+          AddCalibrateMirrorCommand(calibrate),
+          AddCalibrateCheckCommand(calibrate)};
 }
 
 }  // namespace ceilmap::commands

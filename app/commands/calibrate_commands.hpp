@@ -8,5 +8,6 @@ namespace ceilmap::commands {
 Command AddCalibrateCameraCommand(CLI::App& calibrate);
 Command AddCalibrateRigCommand(CLI::App& calibrate);
 Command AddCalibrateMirrorCommand(CLI::App& calibrate);
+Command AddCalibrateCheckCommand(CLI::App& calibrate);
 
 }  // namespace ceilmap::commands

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <utility>
 
 #include "app/recordings/synchronized_stream.hpp"
 #include "app/terminal/console.hpp"
@@ -52,6 +53,38 @@ mount::CeilingRecording ReadCeiling(FrameSource& source,
                recorder.Add(frame.image, has_times ? std::optional(frame.stamp_s) : std::nullopt));
   }
   return recorder.Finish();
+}
+
+FollowedDrive FollowDrive(FrameSource& source, const calib::CeilingView& view, double seconds) {
+  constexpr int kMaxLost = 3;
+  constexpr std::size_t kLeastKeyframes = 3;
+  FollowedDrive drive;
+  std::optional<mount::CeilingRecorder> recorder;
+  const auto end_part = [&] {
+    mount::CeilingRecording part = recorder->Finish();
+    if (part.keyframes.size() >= kLeastKeyframes) drive.parts.push_back(std::move(part));
+    recorder.reset();
+  };
+  terminal::Progress progress("drive", "frames", source.ExpectedFrames());
+  Frame frame;
+  const bool has_times = source.Stamps() != StampOrigin::kFrameIndex;
+  std::optional<double> first_s;
+  int lost = 0;
+  while (source.Read(frame)) {
+    if (!first_s) first_s = frame.stamp_s;
+    if (has_times && frame.stamp_s - *first_s > seconds) break;
+    progress.Update(++drive.frames);
+    if (!recorder) recorder.emplace(source.Name(), view);
+    const bool matched =
+        recorder->Add(frame.image, has_times ? std::optional(frame.stamp_s) : std::nullopt);
+    lost = matched ? 0 : lost + 1;
+    if (!matched) ++drive.lost;
+    if (lost < kMaxLost) continue;
+    end_part();
+    lost = 0;
+  }
+  if (recorder) end_part();
+  return drive;
 }
 
 std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -27,6 +28,18 @@ struct RigRecording {
 mount::CeilingRecording ReadCeiling(FrameSource& source,
                                     const calib::CeilingView& view,
                                     const std::string& label);
+
+/// What could be followed of a drive.
+struct FollowedDrive {
+  std::vector<mount::CeilingRecording> parts;  ///< with at least three keyframes each
+  std::int64_t frames = 0;                     ///< read
+  std::int64_t lost = 0;                       ///< matched no frame before them
+};
+
+/// Reads the upward camera's recording of any drive. Where the ceiling is lost for 3 consecutive
+/// frames, a new part begins.
+/// @param seconds  The end is ignored from this time on, if the recording has times.
+FollowedDrive FollowDrive(FrameSource& source, const calib::CeilingView& view, double seconds);
 
 /// Reads the recordings of both cameras: matches of the forward camera, with the robot's motion by
 /// the upward camera. Prints warnings of the forward recording.

@@ -1,6 +1,7 @@
 #include "compensation/mount/ceiling_recording.hpp"
 
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "calib/base/degrees.hpp"
@@ -30,8 +31,9 @@ bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
   recording_.has_stamps = stamp_s.has_value();
   const double time_s = stamp_s.value_or(static_cast<double>(recording_.frames));
   ++recording_.frames;
-  AnalyzedKeyframe current{
-      {image.clone(), {}, {}}, path_.size(), registrar_.Analyze(view_.Rectify(image, buffer_))};
+  AnalyzedKeyframe current{{image.clone(), {}, {}, time_s},
+                           path_.size(),
+                           registrar_.Analyze(view_.Rectify(image, buffer_))};
   if (recording_.keyframes.empty()) {
     path_.push_back({time_s, {}});
     Keep(std::move(current));
@@ -63,17 +65,38 @@ CeilingRecording CeilingRecorder::Finish() {
   for (std::size_t i = 0; i < recording_.keyframes.size(); ++i) {
     recording_.keyframes[i].velocity = VelocityAt(path_, path_indices_[i]);
   }
+  recording_.has_depth = 2 * matched_with_depth_ > recording_.frames;
   return std::move(recording_);
 }
 
-std::optional<Pose2> CeilingRecorder::Match(const registration::FrameSpectrum& current) {
-  const Pose2 expected = key_.keyframe.T_first_camera.Inverse() * T_first_last_ * step_;
+// With the heights of the keyframe, where one plane does not explain the images.
+registration::Registration CeilingRecorder::Register(const registration::FrameSpectrum& current,
+                                                     const Pose2& expected) {
   constexpr double kSigmaRatio = 0.1;  // of the image's width
   constexpr double kSigmaDeg = 10;
   const registration::MotionPrior prior{
       ImageMotionOf(camera_, expected), kSigmaRatio * view_.Size().width, kSigmaDeg * kRadPerDeg};
-  const registration::Registration found = registrar_.Register(key_.spectrum, current, prior);
+  registration::Registration found = registrar_.Register(key_.spectrum, current, prior);
+  const bool plane = found.ok() && found.IsPlane();
+  if (key_.spectrum.Heights() == nullptr && !plane &&
+      found.verdict != registration::Verdict::kNoTexture) {
+    const registration::Registration deep =
+        registrar_.RegisterWithDepth(key_.spectrum, current, prior);
+    if (deep.ShowsDepth()) found = deep;
+  }
+  return found;
+}
+
+std::optional<Pose2> CeilingRecorder::Match(registration::FrameSpectrum& current) {
+  const Pose2 expected = key_.keyframe.T_first_camera.Inverse() * T_first_last_ * step_;
+  const registration::Registration found = Register(current, expected);
   if (!found.ok()) return Follow(current, expected);
+  if (found.heights) {
+    ++matched_with_depth_;
+    key_.spectrum.SetHeights(found.heights);
+    current.SetHeights(std::make_shared<heights::HeightField>(
+        registrar_.PredictHeights(key_.spectrum, found.motion)));
+  }
   const registration::PlaneMotion motion =
       registration::PlaneMotion::FromSimilarity(camera_, found.motion);
   return Pose2{motion.x, motion.y, motion.yaw};

@@ -23,6 +23,7 @@ struct CeilingKeyframe {
   Pose2 T_first_camera;
   /// Of the camera, in the same units. Of recordings without stamps: per interval between images.
   calibration::ViewVelocity velocity;
+  double stamp_s = 0;  ///< of recordings without stamps: number of the image
 };
 
 /// A turn on the spot or a drive under the ceiling.
@@ -32,6 +33,7 @@ struct CeilingRecording {
   std::vector<CeilingKeyframe> keyframes;
   std::int64_t frames = 0;  ///< all images, with those that did not match
   bool has_stamps = false;  ///< of all images
+  bool has_depth = false;   ///< most images show parts below the plane of the ceiling
 };
 
 /// Selects the keyframes of a recording: images that are at least a fixed distance or turn apart.
@@ -62,7 +64,9 @@ class CeilingRecorder {
     registration::FrameSpectrum spectrum;
   };
 
-  std::optional<Pose2> Match(const registration::FrameSpectrum& current);
+  std::optional<Pose2> Match(registration::FrameSpectrum& current);
+  registration::Registration Register(const registration::FrameSpectrum& current,
+                                      const Pose2& expected);
   std::optional<Pose2> Follow(const registration::FrameSpectrum& current, const Pose2& expected);
   [[nodiscard]] bool IsFarFromKeyframe(const Pose2& T_key_current) const;
   void Keep(AnalyzedKeyframe frame);
@@ -72,6 +76,7 @@ class CeilingRecorder {
   registration::Registrar registrar_;
   cv::Mat buffer_;
   CeilingRecording recording_;
+  std::int64_t matched_with_depth_ = 0;
   std::vector<TimedPose> path_;            // of all images that matched
   std::vector<std::size_t> path_indices_;  // of the keyframes
   AnalyzedKeyframe key_;

@@ -62,6 +62,11 @@ ceilmap_add_test(calibrate_camera_test WHOLE
     ${CMAKE_CURRENT_LIST_DIR}/calibrate_camera_test.cpp
   LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_calib3d opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
+ceilmap_add_test(calibrate_check_test WHOLE
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/calibrate_check_test.cpp
+  LINKS ceilmap_app ceilmap_test_support opencv_core)
+
 ceilmap_add_test(calibrate_rig_test WHOLE
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/calibrate_rig_test.cpp

@@ -1,0 +1,243 @@
+#include "calib/solve/drive_problem.hpp"
+
+#include <ceres/rotation.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "calib/ceiling_view.hpp"
+
+namespace ceilmap::calibration {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+template <typename T>
+using Vector2 = Eigen::Matrix<T, 2, 1>;
+
+template <typename T>
+Vector2<T> TurnedBy(const T& angle, const Vector2<T>& v) {
+  using std::cos;
+  using std::sin;
+  return {cos(angle) * v.x() - sin(angle) * v.y(), sin(angle) * v.x() + cos(angle) * v.y()};
+}
+
+// The point on the ceiling from the camera at the time of the image's middle row.
+template <typename T>
+Vector2<T> OnCeilingOf(const T* errors, const LevelSight& sight) {
+  const Eigen::Map<const Eigen::Matrix<T, 3, 1>> lens(errors + kCameraFocal);
+  const Vector2<T> slope = sight.slope.cast<T>() + sight.by_lens.cast<T>() * lens;
+  const T turn[3] = {errors[kCameraTiltX], errors[kCameraTiltY], T(0)};
+  const T ray[3] = {slope.x(), slope.y(), T(1)};
+  T level[3];
+  ceres::AngleAxisRotatePoint(turn, ray, level);
+  const Vector2<T> seen(level[0] / level[2], level[1] / level[2]);
+  const T time = errors[kCameraReadout] * sight.row;
+  return TurnedBy<T>(sight.velocity.yaw_rad_s * time, seen) +
+         sight.velocity.linear.cast<T>() * time;
+}
+
+template <typename T>
+Vector2<T> ErrorOf(const T* errors, const T* first, const T* second, const DrivePoint& point) {
+  const Vector2<T> seen_first = OnCeilingOf(errors, point.at_first);
+  const Vector2<T> seen_second = OnCeilingOf(errors, point.at_second);
+  const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
+  // A longer focal length makes the ceiling smaller, but not the errors in the image.
+  return (TurnedBy<T>(-first[2], moved) + TurnedBy<T>(second[2] - first[2], seen_second) -
+          seen_first) /
+         (1.0 - errors[kCameraFocal]);
+}
+
+struct PointResidual {
+  const DrivePoint* point;
+  Matrix2d weight;
+
+  template <typename T>
+  bool operator()(const T* errors, const T* first, const T* second, T* residual) const {
+    Eigen::Map<Vector2<T>> out(residual);
+    out = weight.cast<T>() * ErrorOf(errors, first, second, *point);
+    return true;
+  }
+};
+
+struct PriorResidual {
+  std::array<double, kCameraErrors> at;
+
+  template <typename T>
+  bool operator()(const T* errors, T* residual) const {
+    for (std::size_t i = 0; i < at.size(); ++i) residual[i] = (errors[i] - at[i]) / kPriorSigma[i];
+    return true;
+  }
+};
+
+// Prepares sights of a camera.
+class Sights {
+ public:
+  explicit Sights(const calib::MountedCamera& up)
+      : lens_(up.camera),
+        focal_px_(std::sqrt(up.camera.fx * up.camera.fy)),
+        // The axes of a level camera that is rotated about z like the mounted one.
+        R_level_cam_(calib::CeilingView(up, up.T_base_cam.translation().z() + 1)
+                         .T_base_camera()
+                         .linear()
+                         .transpose() *
+                     up.T_base_cam.linear()) {}
+
+  [[nodiscard]] std::optional<Vector2d> PixelOf(const Vector2d& ray) const {
+    return lens_.Project(ray.homogeneous());
+  }
+  [[nodiscard]] double RadiusPx(const Vector2d& pixel) const {
+    return focal_px_ * Normalized(pixel).norm();
+  }
+  [[nodiscard]] std::optional<LevelSight> Prepare(const Vector2d& ray, double edge_px) const {
+    const std::optional<Vector2d> pixel = PixelOf(ray);
+    if (!pixel) return std::nullopt;
+    LevelSight sight;
+    sight.slope = SlopeOf(ray.homogeneous());
+    const double radius_px = RadiusPx(*pixel);
+    constexpr double kStepPx = 0.5;
+    if (radius_px < 2 * kStepPx) return sight;  // at the centre nothing changes
+    const Vector2d out = Normalized(*pixel).normalized() * kStepPx / focal_px_;
+    const Vector2d step(out.x() * lens_.fx, out.y() * lens_.fy);
+    const std::optional<Vector3d> inner = lens_.Ray(*pixel - step);
+    const std::optional<Vector3d> outer = lens_.Ray(*pixel + step);
+    if (!inner || !outer) return std::nullopt;
+    const Vector2d by_radius = (SlopeOf(*outer) - SlopeOf(*inner)) / (2 * kStepPx);
+    const double ratio = radius_px / edge_px;
+    sight.by_lens.col(0) = -radius_px * by_radius;
+    sight.by_lens.col(1) = std::pow(ratio, 3) * by_radius;
+    sight.by_lens.col(2) = std::pow(ratio, 5) * by_radius;
+    return sight;
+  }
+
+ private:
+  [[nodiscard]] Vector2d Normalized(const Vector2d& pixel) const {
+    return {(pixel.x() - lens_.cx) / lens_.fx, (pixel.y() - lens_.cy) / lens_.fy};
+  }
+  [[nodiscard]] Vector2d SlopeOf(const Vector3d& p_cam) const {
+    return (R_level_cam_ * p_cam).hnormalized();
+  }
+
+  const calib::Lens& lens_;
+  double focal_px_;
+  Eigen::Matrix3d R_level_cam_;
+};
+
+double EdgePx(const Sights& sights, const Drive& drive) {
+  double edge_px = 1;
+  for (const ViewPair& pair : drive.pairs) {
+    for (const PointCorrespondence& place : pair.places) {
+      for (const Vector2d& ray : {place.first, place.second}) {
+        if (const auto pixel = sights.PixelOf(ray)) {
+          edge_px = std::max(edge_px, sights.RadiusPx(*pixel));
+        }
+      }
+    }
+  }
+  return edge_px;
+}
+
+// Of an error in units of Z. Where the ceiling has depth, a point's place along the travel counts
+// nearly nothing: heights belong to places, so that their errors do not average out.
+Matrix2d WeightOf(const DrivePoint& point,
+                  const DriveParameters& parameters,
+                  double focal_px,
+                  const DriveScales& scales) {
+  const Matrix2d measured = focal_px / scales.place_px * point.whitening;
+  if (scales.depth_ratio <= 0) return measured;
+  constexpr double kDepthSigmas = 20;
+  const auto& first = parameters.cameras[static_cast<std::size_t>(point.first)];
+  const auto& second = parameters.cameras[static_cast<std::size_t>(point.second)];
+  const double size = 1 / (1 - parameters.errors[kCameraFocal]);  // as that of the errors
+  const Vector2d travel = size * kDepthSigmas * scales.depth_ratio *
+                          TurnedBy<double>(-first[2], {second[0] - first[0], second[1] - first[1]});
+  const Matrix2d information = measured.transpose() * measured;
+  // Sherman and Morrison: (C + t t')^-1.
+  const Vector2d pulled = information * travel;
+  const Matrix2d reduced = information - pulled * pulled.transpose() / (1 + travel.dot(pulled)) +
+                           1e-9 * Matrix2d::Identity();
+  return Eigen::LLT<Matrix2d>(reduced).matrixU();
+}
+
+}  // namespace
+
+std::vector<DrivePoint> PreparePoints(const calib::MountedCamera& up,
+                                      const Drive& drive,
+                                      double& edge_px) {
+  const Sights sights(up);
+  edge_px = EdgePx(sights, drive);
+  std::vector<DrivePoint> points;
+  for (const ViewPair& pair : drive.pairs) {
+    for (const PointCorrespondence& place : pair.places) {
+      auto first = sights.Prepare(place.first, edge_px);
+      auto second = sights.Prepare(place.second, edge_px);
+      if (!first || !second) continue;
+      first->row = place.first_row;
+      first->velocity = drive.velocities[static_cast<std::size_t>(pair.first)];
+      second->row = place.second_row;
+      second->velocity = drive.velocities[static_cast<std::size_t>(pair.second)];
+      points.push_back({pair.first, pair.second, *first, *second, place.whitening});
+    }
+  }
+  return points;
+}
+
+Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point) {
+  return ErrorOf(parameters.errors.data(),
+                 parameters.cameras[static_cast<std::size_t>(point.first)].data(),
+                 parameters.cameras[static_cast<std::size_t>(point.second)].data(),
+                 point);
+}
+
+DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
+                           const Drive& drive,
+                           double focal_px,
+                           const DriveScales& scales,
+                           const DriveSolverParams& params,
+                           DriveParameters& parameters) {
+  for (const DrivePoint& point : points) {
+    const auto id = problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PointResidual, 2, kCameraErrors, 3, 3>(
+            new PointResidual{&point, WeightOf(point, parameters, focal_px, scales)}),
+        new ceres::CauchyLoss(kCauchy),
+        parameters.errors.data(),
+        parameters.cameras[static_cast<std::size_t>(point.first)].data(),
+        parameters.cameras[static_cast<std::size_t>(point.second)].data());
+    owners.push_back({id, point.first, point.second, true});
+  }
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<PriorResidual, kCameraErrors, kCameraErrors>(
+          new PriorResidual{{0, 0, 0, 0, 0, parameters.errors[kCameraReadout]}}),
+      nullptr,
+      parameters.errors.data());
+  std::vector<int> fixed;
+  const auto estimate = [&](int value, bool asked) {
+    (asked ? estimated : fixed).push_back(value);
+  };
+  estimate(kCameraTiltX, true);
+  estimate(kCameraTiltY, true);
+  estimate(kCameraFocal, params.focal);
+  estimate(kCameraRadial3, params.radial);
+  estimate(kCameraRadial5, params.radial);
+  estimate(kCameraReadout, params.readout);
+  if (!fixed.empty()) {
+    problem.SetManifold(parameters.errors.data(), new ceres::SubsetManifold(kCameraErrors, fixed));
+  }
+  blocks.push_back(parameters.errors.data());
+  for (std::size_t i = 0; i < parameters.cameras.size(); ++i) {
+    double* const camera = parameters.cameras[i].data();
+    if (!problem.HasParameterBlock(camera)) continue;
+    if (std::find(drive.starts.begin(), drive.starts.end(), i) != drive.starts.end()) {
+      problem.SetParameterBlockConstant(camera);
+    } else {
+      blocks.push_back(camera);
+    }
+  }
+}
+
+}  // namespace ceilmap::calibration

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "calib/rig.hpp"
+#include "calib/solve/drive_solver.hpp"
+#include "calib/solve/rig_problem.hpp"
+
+namespace ceilmap::calibration {
+
+/// One sight of a point, prepared. Internal to the drive solver.
+struct LevelSight {
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< (x/z, y/z) in the levelled axes
+  /// Change of the slope by kCameraFocal, kCameraRadial3, kCameraRadial5.
+  Eigen::Matrix<double, 2, 3> by_lens = Eigen::Matrix<double, 2, 3>::Zero();
+  double row = 0;  ///< of the raw image that showed it: -0.5 .. 0.5
+  ViewVelocity velocity;
+};
+
+struct DrivePoint {
+  int first = 0;
+  int second = 0;
+  LevelSight at_first;
+  LevelSight at_second;
+  Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
+};
+
+/// The points of a drive, without those beyond the lens model.
+/// @param edge_px  receives the largest distance from the principal point.
+std::vector<DrivePoint> PreparePoints(const calib::MountedCamera& up,
+                                      const Drive& drive,
+                                      double& edge_px);
+
+struct DriveParameters {
+  std::array<double, kCameraErrors> errors{};
+  std::vector<std::array<double, 3>> cameras;
+};
+
+/// Standard deviations of the camera's errors before anything is seen: values that a drive does not
+/// determine stay near those of the rig.
+inline constexpr std::array<double, kCameraErrors> kPriorSigma{0.5, 0.5, 0.3, 100, 100, 0.2};
+
+/// Standard deviations of the residuals.
+struct DriveScales {
+  double place_px = 1;
+  double depth_ratio = 0;
+};
+
+/// Difference between the point of the first image and that of the second, in the axes of the first
+/// levelled camera, in units of Z times 1 / (1 - kCameraFocal): in
+/// pixels when multiplied by the focal length of the rig.
+Eigen::Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point);
+
+/// A least-squares problem whose residuals all have standard deviation 1.
+struct DriveProblem {
+  DriveProblem(const std::vector<DrivePoint>& points,
+               const Drive& drive,
+               double focal_px,
+               const DriveScales& scales,
+               const DriveSolverParams& params,
+               DriveParameters& parameters);
+
+  ceres::Problem problem;
+  std::vector<BlockOwner> owners;
+  std::vector<double*> blocks;  ///< free parameters in the order of Jacobians; errors come first
+  std::vector<int> estimated;   ///< columns of the errors: indices of CameraError
+};
+
+}  // namespace ceilmap::calibration
