@@ -187,18 +187,43 @@ PlaneFit CeilingTracker::Fit(const Frame& frame, const PlaneMotion& start) {
 
 /// Whether heights explain the images where one plane does not; the reference then has them. Until
 /// it has, the robot is taken to be level.
-bool CeilingTracker::FindDepth(Frame& frame) {
+bool CeilingTracker::FindDepth(Frame& frame, const PlaneFit& plane) {
   reference_.spectrum =
       registrar_.Complete(reference_.pixels, reference_.spectrum, reference_content_);
   frame.image.spectrum = registrar_.Complete(frame.image.pixels, frame.image.spectrum);
   PlanarTilt level = Predict(frame.stamp_s);
   level.tilt = {};
   registration::MotionPrior prior{ToMotion(level).ToSimilarity(camera_), kPriorPx, kPriorRad};
-  const Registration deep =
-      registrar_.RegisterWithDepth(reference_.spectrum, frame.image.spectrum, prior);
+  const Registration deep = registrar_.RegisterWithDepth(
+      reference_.spectrum,
+      frame.image.spectrum,
+      prior,
+      plane.ok ? std::optional(plane.motion.ToSimilarity(camera_)) : std::nullopt);
   if (!deep.ShowsDepth()) return false;
   reference_.spectrum.SetHeights(deep.heights);
   return true;
+}
+
+/// Things at several heights that are not recognized yet look like a tilt. Where a part of the
+/// blocks does not agree with the tilted plane, and a level camera explains about as many blocks as
+/// well, the robot is level, to within the tilt that was found.
+PlaneFit CeilingTracker::PreferLevel(const Frame& frame, const PlaneFit& tilted) {
+  constexpr double kLevelQuality = 0.7;
+  registration::PlaneFitParams params;
+  params.fit_tilt = false;
+  params.fit_height = false;
+  PlaneMotion start = PlaneMotion::FromSimilarity(camera_, tilted.motion.ToSimilarity(camera_));
+  start.height = 0;
+  PlaneFit level =
+      registrar_.RefinePlane(reference_.spectrum, frame.image.spectrum, camera_, start, params);
+  const auto quality = [](const PlaneFit& fit) {
+    return fit.inliers / (fit.sigma_px * fit.sigma_px);
+  };
+  if (!level.ok || quality(level) < kLevelQuality * quality(tilted)) return tilted;
+  const Eigen::Vector2d tilt(tilted.motion.tilt_x, tilted.motion.tilt_y);
+  level.covariance = tilted.covariance;
+  level.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
+  return level;
 }
 
 /// A level frame refines the heights of the reference.
@@ -216,10 +241,14 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   const double loss = std::min(reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss());
   PlaneFit fit = Fit(frame, ToMotion(Predict(frame.stamp_s)));
   const bool plane = reference_.spectrum.Heights() == nullptr;
-  if (plane && (!fit.ok || fit.inliers < kPlaneInlierRatio * fit.blocks) && FindDepth(frame)) {
-    PlanarTilt level = Predict(frame.stamp_s);
-    level.tilt = {};
-    fit = Fit(frame, ToMotion(level));
+  if (plane && (!fit.ok || fit.inliers < kPlaneInlierRatio * fit.blocks)) {
+    if (FindDepth(frame, fit)) {
+      PlanarTilt level = Predict(frame.stamp_s);
+      level.tilt = {};
+      fit = Fit(frame, ToMotion(level));
+    } else if (fit.ok) {
+      fit = PreferLevel(frame, fit);
+    }
   }
   const bool sound = IsSound(fit, loss);
   if (!sound || TiltSigma(fit) > kVagueSigmaRad) {

@@ -70,7 +70,8 @@ class CeilingTracker {
   [[nodiscard]] Eigen::Isometry3d ToPose(const registration::PlaneMotion& motion) const;
   registration::PlaneFit Find(Frame& frame);
   registration::PlaneFit Fit(const Frame& frame, const registration::PlaneMotion& start);
-  bool FindDepth(Frame& frame);
+  bool FindDepth(Frame& frame, const registration::PlaneFit& plane);
+  registration::PlaneFit PreferLevel(const Frame& frame, const registration::PlaneFit& tilted);
   void LearnHeights(const registration::PlaneFit& fit);
   [[nodiscard]] bool IsSound(const registration::PlaneFit& fit, double coding_loss) const;
   [[nodiscard]] CeilingMotion Describe(const registration::PlaneFit& fit) const;
