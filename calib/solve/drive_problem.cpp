@@ -198,7 +198,7 @@ DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
                            const Drive& drive,
                            double focal_px,
                            const DriveScales& scales,
-                           const DriveSolverParams& params,
+                           const DriveUnknowns& params,
                            DriveParameters& parameters) {
   for (const DrivePoint& point : points) {
     const auto id = problem.AddResidualBlock(

@@ -61,7 +61,7 @@ struct DriveProblem {
                const Drive& drive,
                double focal_px,
                const DriveScales& scales,
-               const DriveSolverParams& params,
+               const DriveUnknowns& params,
                DriveParameters& parameters);
 
   ceres::Problem problem;

@@ -214,7 +214,7 @@ void Describe(const std::vector<DrivePoint>& points,
 
 DriveSolution SolveDrive(const calib::MountedCamera& up,
                          const Drive& drive,
-                         const DriveSolverParams& params) {
+                         const DriveUnknowns& params) {
   DriveSolution solution;
   const double focal_px = std::sqrt(up.camera.fx * up.camera.fy);
   const std::vector<DrivePoint> points = PreparePoints(up, drive, solution.edge_px);

@@ -34,7 +34,8 @@ enum CameraError : int {
 };
 using CameraErrors = Eigen::Matrix<double, kCameraErrors, 1>;
 
-struct DriveSolverParams {
+/// What a drive is to determine beside tilt, yaw and the poses.
+struct DriveUnknowns {
   bool focal = false;  ///< whether these are estimated
   bool radial = false;
   bool readout = true;
@@ -64,6 +65,6 @@ struct DriveSolution {
 /// @param up  the camera as the rig states it.
 DriveSolution SolveDrive(const calib::MountedCamera& up,
                          const Drive& drive,
-                         const DriveSolverParams& params);
+                         const DriveUnknowns& params);
 
 }  // namespace ceilmap::calibration

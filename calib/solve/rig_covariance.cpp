@@ -19,11 +19,11 @@ using Influence = Eigen::Matrix<double, kKnown, 1>;
 
 // Derivatives of the known parameters by the free ones, which are in the order of
 // RigProblem::blocks.
-MatrixXd Asked(const RigParameters& parameters, bool readout_is_free, int columns) {
+MatrixXd Asked(const RigParameters& parameters, int columns) {
   MatrixXd asked = MatrixXd::Zero(kKnown, columns);
   asked.topLeftCorner<4, 4>().setIdentity();
   const bool has_yaw = !parameters.straight.empty();
-  if (readout_is_free) asked(kReadout, has_yaw ? 5 : 4) = 1;
+  if (parameters.readout_is_free) asked(kReadout, has_yaw ? 5 : 4) = 1;
   if (!has_yaw) return asked;
   asked(kYaw, 4) = 1;
   const Vector2d travel = TravelOf(parameters);
@@ -280,8 +280,8 @@ RigCovarianceMatrix RigCovariance(RigProblem& problem,
                                   const RigSolverParams& params,
                                   double sigma_px) {
   const Linearized at(problem);
-  const MatrixXd influence = InfluenceOf(
-      NormalOf(problem, at), Asked(parameters, params.readout_is_free, at.jacobian.num_cols));
+  const MatrixXd influence =
+      InfluenceOf(NormalOf(problem, at), Asked(parameters, at.jacobian.num_cols));
   return FromViews(problem, at, influence, parameters) +
          FromLens(problem, at, influence, LensMoves(spin, straight, parameters, params, sigma_px));
 }

@@ -172,7 +172,7 @@ RigProblem::RigProblem(const Recording& spin,
             static_cast<int>(parameters.spin.size()));
   AddSpin(scales.wander);
   AddStraight(scales.slip);
-  Hold(params.readout_is_free);
+  Hold();
 }
 
 void RigProblem::AddPlaces(const Recording& recording,
@@ -220,7 +220,7 @@ void RigProblem::AddStraight(double slip) {
   }
 }
 
-void RigProblem::Hold(bool readout_is_free) {
+void RigProblem::Hold() {
   // The first heading of the spin and the first pose of the straight drive define the frames.
   problem.SetManifold(parameters_.spin.front().data(), new ceres::SubsetManifold(3, {2}));
   blocks = {parameters_.tilt.data(), parameters_.centre.data()};
@@ -228,7 +228,7 @@ void RigProblem::Hold(bool readout_is_free) {
     problem.SetParameterBlockConstant(parameters_.straight.front().data());
     blocks.push_back(parameters_.yaw.data());
   }
-  if (readout_is_free) {
+  if (parameters_.readout_is_free) {
     blocks.push_back(parameters_.readout.data());
   } else {
     problem.SetParameterBlockConstant(parameters_.readout.data());

@@ -17,7 +17,8 @@ struct RigParameters {
   std::array<double, 2> tilt{};
   std::array<double, 2> centre{};
   std::array<double, 1> yaw{};
-  std::array<double, 1> readout{};     // s
+  std::array<double, 1> readout{};  // s
+  bool readout_is_free = false;
   using Pose = std::array<double, 3>;  // x, y, heading
   std::vector<Pose> spin;
   std::vector<Pose> straight;
@@ -73,7 +74,7 @@ struct RigProblem {
                  int first_view);
   void AddSpin(double wander);
   void AddStraight(double slip);
-  void Hold(bool readout_is_free);
+  void Hold();
 
   RigParameters& parameters_;
 };

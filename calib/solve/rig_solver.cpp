@@ -182,8 +182,10 @@ RigMount GuessMount(const Recording& spin, const Recording& straight) {
 RigSolution SolveRig(const Recording& spin,
                      const Recording& straight,
                      const RigMount& start,
-                     const RigSolverParams& params) {
+                     const RigSolverParams& params,
+                     bool readout_is_free) {
   RigParameters parameters = StartParameters(spin, straight, start);
+  parameters.readout_is_free = readout_is_free;
   if (parameters.spin.size() < 3 || ErrorsOf(spin, straight, parameters, 1).empty()) return {};
   RigScales scales;  // initially wide: errors of the wheels are not yet known
   scales.place_px = ScalesOf(spin, straight, parameters, params.focal_px).place_px;

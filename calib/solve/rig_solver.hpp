@@ -85,8 +85,6 @@ struct RigSolverParams {
   /// no residual shows it: it enters the covariance as errors of focal length, principal point,
   /// distortion and skew of this size each.
   double lens_sigma_px = 0.05;
-  /// True: the read-out time is an unknown. False: it remains that of the start.
-  bool readout_is_free = false;
 };
 
 /// Residuals of a view.
@@ -122,9 +120,11 @@ RigMount GuessMount(const Recording& spin, const Recording& straight);
 /// straight drive, both up to errors of the wheels. A row of a rolling shutter sees the ceiling
 /// from where the view's velocity has moved the camera; the velocities are not unknowns.
 /// @param straight  May be empty: then the yaw remains that of `start` and travel is 0.
+/// @param readout_is_free  The read-out time is an unknown; false: it remains that of `start`.
 RigSolution SolveRig(const Recording& spin,
                      const Recording& straight,
                      const RigMount& start,
-                     const RigSolverParams& params);
+                     const RigSolverParams& params,
+                     bool readout_is_free = false);
 
 }  // namespace ceilmap::calibration

@@ -105,7 +105,7 @@ class MountSolver {
 
   // Repeats the rounds until the mount does not change. @return the last solution.
   RigSolution Settle(std::optional<double> held_readout_s) {
-    params_.readout_is_free = !held_readout_s;
+    readout_is_free_ = !held_readout_s;
     if (held_readout_s) mount_.readout_time_s = *held_readout_s;
     constexpr int kMaxRounds = 10;
     constexpr double kSettled = 2e-5;  // rad, or relative to the distance of the ceiling
@@ -144,7 +144,7 @@ class MountSolver {
       mount_.tilt_rad = known.tilt_rad;
       mount_.readout_time_s = known.readout_time_s;
     }
-    RigSolution solution = calibration::SolveRig(spun, driven, mount_, params_);
+    RigSolution solution = calibration::SolveRig(spun, driven, mount_, params_, readout_is_free_);
     if (!solution.ok) {
       throw InputError(
           fmt::format("{}: too few places of the ceiling could be followed; record it under a "
@@ -161,6 +161,7 @@ class MountSolver {
   KnownMotion spin_motion_;
   KnownMotion straight_motion_;
   calibration::RigSolverParams params_;
+  bool readout_is_free_ = false;
   RigMount mount_;
   int rounds_ = 0;
 };

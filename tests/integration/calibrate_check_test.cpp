@@ -107,7 +107,7 @@ TEST_F(CalibrateCheckTest, NamesAWrongFocalLength) {
   const support::ProcessResult result =
       Check(Changed("\\[150, 0, 159.5, 0, 150,", "[154.5, 0, 159.5, 0, 154.5,"));
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(Complaints(), ElementsAre(StartsWith("the focal length looks 2.")));
+  EXPECT_THAT(Complaints(), ElementsAre(StartsWith("the focal length looks 3.")));
   EXPECT_THAT(result.out, HasSubstr("run 'ceilmap calibrate camera'\n"));
   EXPECT_EQ(result.err, "ceilmap: rig.yaml: does not agree with drive/up.mp4\n");
 }

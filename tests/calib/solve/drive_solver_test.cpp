@@ -63,7 +63,7 @@ class DriveWorld {
     }
   }
 
-  [[nodiscard]] DriveSolution Solve(const DriveSolverParams& params) const {
+  [[nodiscard]] DriveSolution Solve(const DriveUnknowns& params) const {
     return SolveDrive(up_, drive_, params);
   }
 

@@ -240,10 +240,9 @@ RigSolution SolveRolling(const Case& c, bool readout_is_free, double start_s = 0
   RigSolverParams params;
   params.focal_px = kRigFocalPx;
   params.lens_sigma_px = 0;
-  params.readout_is_free = readout_is_free;
   RigMount start = GuessMount(c.spin, c.straight);
   start.readout_time_s = start_s;
-  return SolveRig(c.spin, c.straight, start, params);
+  return SolveRig(c.spin, c.straight, start, params, readout_is_free);
 }
 
 TEST(RigSolver, FindsTheReadoutTime) {
