@@ -54,6 +54,39 @@ double TravelPx(const PlaneMotion& motion, const PlaneCamera& camera) {
   return camera.focal_px * std::hypot(motion.x, motion.y);
 }
 
+/// What a fit explains, for the same number of blocks at the same accuracy.
+double QualityOf(const DepthFit& fit) {
+  return fit.support / (fit.sigma_px * fit.sigma_px);
+}
+
+/// Part of the texture of all blocks that is in those that agree, 0..1.
+double TexturedInliers(const DepthFit& fit) {
+  return fit.content > 0 ? fit.inlier_content / fit.content : 0;
+}
+
+// Tilts are believed where at least this part of the texture agrees, ...
+constexpr double kSoundTexture = 0.7;
+// ... and doubted in full where no more than this part does.
+constexpr double kWeakTexture = 0.6;
+
+/// Heights and tilts explain much alike: where much of the texture does not agree, a level robot
+/// gets tilts of two degrees whose residuals look good. A true tilt of one degree leaves a level
+/// camera a fifth of the quality or less, one of half a degree a half; false ones leave it a half
+/// and more. Simulated: true tilts with 0.66 of the texture in agreement and more, false ones with
+/// 0.62 and less.
+void PreferLevel(const DepthFit& tilted, const DepthFit& level_fit, PlaneFit& fit) {
+  constexpr double kTilted = 0.4;
+  constexpr double kLevel = 0.7;
+  const double level_quality = QualityOf(level_fit) / QualityOf(tilted);
+  const double weakness =
+      (kSoundTexture - TexturedInliers(tilted)) / (kSoundTexture - kWeakTexture);
+  const double likeness = (level_quality - kTilted) / (kLevel - kTilted);
+  const double doubt = std::clamp(weakness, 0.0, 1.0) * std::clamp(likeness, 0.0, 1.0);
+  const Eigen::Vector2d tilt = doubt * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
+  fit.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
+  if (doubt == 1) fit.motion = level_fit.motion;
+}
+
 }  // namespace
 
 DepthStage::DepthStage(cv::Size size, const RegistrarParams& params)
@@ -274,10 +307,8 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   result.inliers = fit.inliers;
   result.peak = fit.support / std::max<double>(1, static_cast<double>(fit.blocks.size()));
   result.overlap = OverlapOf(OnFine(fit.motion), fine_frame_.size);
-  if (fit.content > 0) {
-    result.textured_peak = fit.support / fit.content;
-    result.textured_inliers = fit.inlier_content / fit.content;
-  }
+  if (fit.content > 0) result.textured_peak = fit.support / fit.content;
+  result.textured_inliers = TexturedInliers(fit);
   result.covariance = ImageCovariance(fit, 0);
   const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
   result.covariance = ImageCovariance(fit, field.scale_sigma);
@@ -289,34 +320,6 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   }
   return result;
 }
-
-namespace {
-
-/// What a fit explains, for the same number of blocks at the same accuracy.
-double QualityOf(const DepthFit& fit) {
-  return fit.support / (fit.sigma_px * fit.sigma_px);
-}
-
-/// Heights and tilts explain much alike: where much of the texture does not agree, a level robot
-/// gets tilts of two degrees whose residuals look good. A true tilt of one degree leaves a level
-/// camera a fifth of the quality or less, one of half a degree a half; false ones leave it a half
-/// and more. Simulated: true tilts with 0.66 of the texture in agreement and more, false ones with
-/// 0.62 and less.
-void PreferLevel(const DepthFit& tilted, const DepthFit& level_fit, PlaneFit& fit) {
-  constexpr double kTilted = 0.4;
-  constexpr double kLevel = 0.7;
-  constexpr double kSound = 0.7;
-  constexpr double kWeak = 0.6;
-  const double textured = tilted.inlier_content / std::max(tilted.content, 1e-9);
-  const double level_quality = QualityOf(level_fit) / QualityOf(tilted);
-  const double doubt = std::clamp((kSound - textured) / (kSound - kWeak), 0.0, 1.0) *
-                       std::clamp((level_quality - kTilted) / (kLevel - kTilted), 0.0, 1.0);
-  const Eigen::Vector2d tilt = doubt * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
-  fit.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
-  if (doubt == 1) fit.motion = level_fit.motion;
-}
-
-}  // namespace
 
 PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
                                  const heights::HeightField& known,
@@ -335,8 +338,14 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
   result.ok = fit.inliers >= kMinMatchInliers && fit.support > kMinMatchSupport;
   const DepthFit tilted = fit;
   // The position that a level camera would have: tilt and position are correlated.
-  fit.motion = PlaneMotion::FromSimilarity(camera_, start.ToSimilarity(camera_));
-  fit.motion.height = 0;
+  PlaneMotion level = PlaneMotion::FromSimilarity(camera_, start.ToSimilarity(camera_));
+  level.height = 0;
+  if (TexturedInliers(tilted) < kSoundTexture) {
+    // A start that is far off would speak against a level camera.
+    fit = FitRough(reference, known, current, level, false);
+    if (fit.ok) level = fit.motion;
+  }
+  fit.motion = level;
   if (result.ok && FitSmall(reference, known, current, false, fit, field)) {
     PreferLevel(tilted, fit, result);
     ScaleToReference(TravelPx(fit.motion, camera_), field);
