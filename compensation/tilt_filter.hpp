@@ -37,7 +37,7 @@ class TiltFilter {
 
   TiltFilterParams params_;
   std::optional<double> stamp_s_;
-  double measured_s_ = 0;  // time of the last measurement that was used
+  double measured_s_ = 0;                            // time of the last measurement that was used
   Eigen::Vector4d state_ = Eigen::Vector4d::Zero();  // pitch, roll, their rates
   Eigen::Matrix4d covariance_ = Eigen::Matrix4d::Zero();
 };

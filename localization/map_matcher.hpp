@@ -16,8 +16,9 @@
 
 namespace ceilmap::localization {
 
-/// The camera with a view that shows not much more of the ceiling than the map's images do, if it is
-/// chosen from the lens (calib::UpwardFrame): where the map ends in a view, nothing can be compared.
+/// The camera with a view that shows not much more of the ceiling than the map's images do, if it
+/// is chosen from the lens (calib::UpwardFrame): where the map ends in a view, nothing can be
+/// compared.
 /// @param map  in metres.
 calib::MountedCamera SuitedTo(const store::MapMetadata& map, const calib::MountedCamera& up);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -24,10 +25,14 @@ struct ScaleTerm {
   double sigma = 1;
 };
 
-// Standard deviations: of the reference plane as one keyframe shows it, and of what two keyframes
-// have in common beyond the spread of their cells.
+// Standard deviations: of the reference plane as one keyframe shows it, by the blocks of the
+// registration or by dense stereo, and of what two keyframes have in common beyond the spread of
+// their cells.
 constexpr double kPlaneSigma = 0.015;
+constexpr double kDensePlaneSigma = 0.004;
 constexpr double kCommonSigma = 0.002;
+// Fields with more cells are dense; of these a part is sufficient to compare them.
+constexpr std::size_t kDenseCells = 5000;
 // Where no keyframe of a part of the map shows the plane, its scale stays.
 constexpr double kUnmeasuredSigma = 1;
 // Cells with a larger standard deviation are not compared.
@@ -45,7 +50,8 @@ std::optional<ScaleTerm> CompareScales(const calib::CeilingView& view,
   const auto motion =
       registration::PlaneMotion::FromSimilarity(camera, ImageMotionOf(view, T_from_to));
   std::vector<double> ratios;
-  for (std::size_t i = 0; i < from.cells.size(); ++i) {
+  const std::size_t step = std::max<std::size_t>(1, from.cells.size() / kDenseCells);
+  for (std::size_t i = 0; i < from.cells.size(); i += step) {
     const HeightCell& seen = from.cells[i];
     if (seen.sigma > kComparedSigma) continue;
     const Eigen::Vector2d x = motion.Apply(camera, from.Centre(i), seen.rho);
@@ -85,7 +91,11 @@ std::vector<ScaleTerm> Measure(const calib::CeilingView& view,
   }
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const auto plane = heights::FindReference(fields[i]->cells);
-    if (plane) terms.push_back({static_cast<int>(i), -1, std::log(*plane), kPlaneSigma});
+    const bool dense = fields[i]->cells.size() > kDenseCells;
+    if (plane) {
+      const double sigma = dense ? kDensePlaneSigma : kPlaneSigma;
+      terms.push_back({static_cast<int>(i), -1, std::log(*plane), sigma});
+    }
     terms.push_back({static_cast<int>(i), -1, 0, kUnmeasuredSigma});
   }
   return terms;

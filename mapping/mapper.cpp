@@ -141,6 +141,7 @@ struct Mapper::Impl {
   void Count(const OdometryStep& step);
   void NoteLoss();
   void JoinSegments();
+  void Rescale();
 };
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
@@ -263,6 +264,15 @@ void Mapper::Impl::JoinSegments() {
   report.unconnected = static_cast<std::int64_t>(before - graph.trajectory.size());
 }
 
+/// Brings all keyframes with depth to the scale of the reference plane.
+void Mapper::Impl::Rescale() {
+  const auto scales = ConsistentScales(view, graph);
+  if (scales.empty()) return;
+  graph::ScaleMotions(graph, scales, view.T_base_view());
+  graph::Optimize(graph, params.pose_graph);
+  ScaleToReference(view.T_base_view(), graph);
+}
+
 Mapper::Mapper(const calib::CeilingView& view,
                store::MapWriter& writer,
                const store::MapMetadata& metadata,
@@ -332,12 +342,7 @@ void Mapper::Close() {
   me.JoinSegments();
   me.graph.quality.loops += me.closer.Counts();
   graph::Optimize(me.graph, me.params.pose_graph);
-  const auto scales = ConsistentScales(me.view, me.graph);
-  if (!scales.empty()) {
-    graph::ScaleMotions(me.graph, scales, me.view.T_base_view());
-    graph::Optimize(me.graph, me.params.pose_graph);
-  }
-  ScaleToReference(me.view.T_base_view(), me.graph);
+  me.Rescale();
   const cv::Size size = me.view.Size();
   graph::FindWeakSpots(me.graph, std::max(size.width, size.height) * me.view.MetresPerPixel());
   me.report.keyframes = static_cast<std::int64_t>(me.graph.keyframes.size());
@@ -355,7 +360,7 @@ MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
         [&me](std::int64_t id) { return me.writer.ReadImage(id); },
         me.params.mosaic.threads,
         me.graph);
-    ScaleToReference(me.view.T_base_view(), me.graph);
+    me.Rescale();  // dense heights show the reference plane of each keyframe more accurately
     me.report.grid = mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
   }
   return {me.graph.trajectory, me.report, me.graph.weak_spots};

@@ -72,7 +72,7 @@ struct Odometry::Impl {
   std::optional<LastFrame> last;
   std::optional<Pose2> last_placed;  // kept during a loss
   int consecutive_lost = 0;
-  int steps = 1;  // FramePrediction::StepsTo of the current frame
+  int steps = 1;                 // FramePrediction::StepsTo of the current frame
   double best_inlier_ratio = 0;  // of the frames that the reference placed
 
   Registration Measure(const RecentKeyframe& reference,
@@ -151,11 +151,11 @@ Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
   // Blocks of a blurred image differ from each other too.
   constexpr double kBlurred = 0.2;
   if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
-  Registration deep = registrar.RegisterWithDepth(
-      reference.spectrum,
-      spectrum,
-      PriorFor(view, reference, *expected),
-      plane.blocks > 0 ? std::optional(plane.motion) : std::nullopt);
+  Registration deep =
+      registrar.RegisterWithDepth(reference.spectrum,
+                                  spectrum,
+                                  PriorFor(view, reference, *expected),
+                                  plane.blocks > 0 ? std::optional(plane.motion) : std::nullopt);
   if (!deep.ShowsDepth() && (plane.ok() || !deep.IsBestGuess())) return plane;
   // Until now the plane was that of most blocks, not the reference plane.
   const auto travel = [](const Registration& r) {

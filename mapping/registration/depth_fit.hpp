@@ -32,8 +32,8 @@ struct DepthFit {
   /// Of (x, y, height, yaw, tilt_x, tilt_y), as in PlaneFit; zero rows and columns for fixed
   /// parameters. The heights of blocks are integrated out.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  double sigma_px = 0;  ///< robust standard deviation of a fully informative block, one axis
-  double support = 0;   ///< sum over the inliers of peak * evidence
+  double sigma_px = 0;        ///< robust standard deviation of a fully informative block, one axis
+  double support = 0;         ///< sum over the inliers of peak * evidence
   double content = 0;         ///< sum over all blocks of BlockShift::content
   double inlier_content = 0;  ///< the same over the inliers
   int inliers = 0;

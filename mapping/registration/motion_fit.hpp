@@ -21,8 +21,8 @@ struct BlockShift {
   /// factor.
   double quality = 1;
   double content = 1;  ///< largest peak that the block of the reference can have, 0..1
-  double peak = 0;    ///< phase agreement at the peak, 0..1
-  double signal = 1;  ///< weight in a consensus, 0..1
+  double peak = 0;     ///< phase agreement at the peak, 0..1
+  double signal = 1;   ///< weight in a consensus, 0..1
 };
 
 struct FitParams {

@@ -36,12 +36,12 @@ namespace {
 
 // Part of the blocks that agree with one plane, where the ceiling is one.
 constexpr double kPlaneInlierRatio = 0.75;
-// Unknown heights are believed where this part of the blocks, or of their texture, agrees, with this
-// mean evidence, ...
+// Unknown heights are believed where this part of the blocks, or of their texture, agrees, with
+// this mean evidence, ...
 constexpr double kBelievedInliers = 0.6;
 constexpr double kBelievedPeak = 0.25;
-// ... and this part of the measured heights is off most of the others. Level frames of flat ceilings
-// have up to 0.06.
+// ... and this part of the measured heights is off most of the others. Level frames of flat
+// ceilings have up to 0.06.
 constexpr double kMinUnevenRatio = 0.15;
 // Where one plane explains nothing, less is sufficient. From starts that were too far away, wrong
 // motions had up to 0.15 and 0.5.

@@ -46,9 +46,9 @@ struct Registration {
   /// (kAmbiguous). The images of such a place do not distinguish it from others.
   bool disambiguated_by_prior = false;
 
-  /// The same two parts by texture, of a registration with depth: of blocks with weak texture no more
-  /// than a part can agree. Agreement of the blocks, and texture of those that agree, both as a part
-  /// of the texture of all compared blocks, 0..1.
+  /// The same two parts by texture, of a registration with depth: of blocks with weak texture no
+  /// more than a part can agree. Agreement of the blocks, and texture of those that agree, both as
+  /// a part of the texture of all compared blocks, 0..1.
   double textured_peak = 0;
   double textured_inliers = 0;
 
@@ -62,8 +62,8 @@ struct Registration {
   /// Whether most blocks agree with one plane. Otherwise the ceiling may have depth.
   [[nodiscard]] bool IsPlane() const;
   /// Of RegisterWithDepth, where nothing was known of the heights: whether these may be believed. A
-  /// large part of the blocks agrees, with sufficient evidence, and a part of the ceiling is clearly
-  /// off the height of most of it.
+  /// large part of the blocks agrees, with sufficient evidence, and a part of the ceiling is
+  /// clearly off the height of most of it.
   [[nodiscard]] bool ShowsDepth() const;
   /// The same where no plane explains the images: the alternative is to know nothing. A part of the
   /// texture agrees, and the heights may still be unknown.
