@@ -148,7 +148,7 @@ Matrix2d WeightOf(const DrivePoint& point,
                   const DriveParameters& parameters,
                   double focal_px,
                   const DriveScales& scales) {
-  const Matrix2d measured = focal_px / scales.place_px * point.whitening;
+  Matrix2d measured = focal_px / scales.place_px * point.whitening;
   if (scales.depth_ratio <= 0) return measured;
   constexpr double kDepthSigmas = 20;
   const auto& first = parameters.cameras[static_cast<std::size_t>(point.first)];

@@ -161,9 +161,9 @@ class MountSolver {
   KnownMotion spin_motion_;
   KnownMotion straight_motion_;
   calibration::RigSolverParams params_;
-  bool readout_is_free_ = false;
   RigMount mount_;
   int rounds_ = 0;
+  bool readout_is_free_ = false;
 };
 
 bool Moves(const CeilingRecording& recording) {

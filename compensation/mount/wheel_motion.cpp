@@ -125,6 +125,7 @@ std::optional<WheelMotion> FitWheels(const std::vector<DriveStep>& steps) {
   motion.yaw_rad = {WrapAngle(yaw), ValueOf(fit, 0).sigma};
   motion.ahead = ValueOf(fit, 1);
   std::vector<double> lengths;
+  lengths.reserve(steps.size());
   for (const DriveStep& step : steps) {
     lengths.push_back(step.moved.norm());
   }

@@ -78,6 +78,37 @@ TEST_F(RegistrarDepth, KnownHeightsMakeTheMotionExact) {
   }
 }
 
+// A prediction that is too far away for the blocks, and another start that is not.
+TEST_F(RegistrarDepth, StartsFromASecondMotionToo) {
+  const ImageMotion truth{4, 30, 0.03};
+  const FrameSpectrum reference = See({}, 1);
+  const FrameSpectrum current = See(truth, 2);
+  const MotionPrior far{{0, -20, 0}, 8, 0.05};
+  const Registration found =
+      registrar_.RegisterWithDepth(reference, current, far, ImageMotion{6, 32, 0.027});
+  ASSERT_TRUE(found.ok());
+  EXPECT_TRUE(found.ShowsDepth());
+  EXPECT_TRUE(found.IsBestGuess());
+  EXPECT_LT(Error(found, truth), 0.6);
+  // The better of both is taken.
+  const Registration other =
+      registrar_.RegisterWithDepth(reference, current, Near(truth), ImageMotion{-40, 0, 0});
+  ASSERT_TRUE(other.ok());
+  EXPECT_LT(Error(other, truth), 0.6);
+}
+
+TEST_F(RegistrarDepth, OfOnePlaneShowsNoDepth) {
+  const SyntheticDepth plane(kNearRho, 0);
+  const ImageMotion truth{4, 30, 0.03};
+  const Registration found =
+      registrar_.RegisterWithDepth(registrar_.Analyze(plane.Render(kDeckSize, {}, 1, 1)),
+                                   registrar_.Analyze(plane.Render(kDeckSize, truth, 1, 2)),
+                                   Near(truth));
+  ASSERT_TRUE(found.ok());
+  EXPECT_GT(found.textured_inliers, 0.9);
+  EXPECT_FALSE(found.ShowsDepth());
+}
+
 TEST_F(RegistrarDepth, OtherPlacesAreRefused) {
   const SyntheticDepth elsewhere(kNearRho, 0.45, 400);
   const FrameSpectrum reference = See({}, 1);
