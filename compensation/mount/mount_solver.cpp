@@ -22,15 +22,6 @@ using calibration::RigSolution;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-std::vector<Pose2> KeyframePoses(const CeilingRecording& recording) {
-  std::vector<Pose2> poses;
-  poses.reserve(recording.keyframes.size());
-  for (const CeilingKeyframe& keyframe : recording.keyframes) {
-    poses.push_back(keyframe.T_first_camera);
-  }
-  return poses;
-}
-
 // Rz(yaw) after a tilt about a horizontal axis.
 RigMount MountOf(const Matrix3d& R_base_cam) {
   RigMount mount;
@@ -175,6 +166,15 @@ bool Moves(const CeilingRecording& recording) {
 }
 
 }  // namespace
+
+std::vector<Pose2> KeyframePoses(const CeilingRecording& recording) {
+  std::vector<Pose2> poses;
+  poses.reserve(recording.keyframes.size());
+  for (const CeilingKeyframe& keyframe : recording.keyframes) {
+    poses.push_back(keyframe.T_first_camera);
+  }
+  return poses;
+}
 
 Matrix3d RotationOf(const RigMount& mount) {
   const double angle = mount.tilt_rad.norm();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "calib/rig.hpp"
 #include "calib/solve/rig_solver.hpp"
@@ -9,6 +10,9 @@
 #include "compensation/mount/up_mount.hpp"
 
 namespace ceilmap::mount {
+
+/// Poses of the levelled camera at the keyframes, as the recording was followed.
+std::vector<Pose2> KeyframePoses(const CeilingRecording& recording);
 
 /// The rotation of a mount: p_base = R p_cam.
 Eigen::Matrix3d RotationOf(const calibration::RigMount& mount);

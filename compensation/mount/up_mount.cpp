@@ -20,15 +20,6 @@ using calibration::RigSolution;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
-std::vector<Pose2> RoughPoses(const CeilingRecording& recording) {
-  std::vector<Pose2> poses;
-  poses.reserve(recording.keyframes.size());
-  for (const CeilingKeyframe& keyframe : recording.keyframes) {
-    poses.push_back(keyframe.T_first_camera);
-  }
-  return poses;
-}
-
 double RangeOfHeadings(const std::vector<Pose2>& poses) {
   double heading = poses.front().yaw;
   double min = heading;
@@ -58,7 +49,7 @@ void Check(const calib::Rig& rig,
 // Checks the rough poses, before the fit.
 void CheckSpin(const CeilingRecording& spin) {
   constexpr double kMinTurnDeg = 180;
-  const double turn_deg = kDegPerRad * RangeOfHeadings(RoughPoses(spin));
+  const double turn_deg = kDegPerRad * RangeOfHeadings(KeyframePoses(spin));
   if (turn_deg >= kMinTurnDeg) return;
   throw InputError(fmt::format(
       "{}: the robot turns by {:.1f} deg only, must be at least {:.0f}; let it turn on the spot, "
@@ -82,7 +73,7 @@ void CheckCourse(const CeilingRecording& straight, double turn_rad, double max_d
 void CheckStraight(const CeilingRecording& straight, double rough_distance_m) {
   constexpr double kMinLengthM = 0.5;
   constexpr double kMaxTurnDeg = 15;  // an unknown tilt of 15 deg causes half of it
-  const std::vector<Pose2> poses = RoughPoses(straight);
+  const std::vector<Pose2> poses = KeyframePoses(straight);
   CheckCourse(straight, RangeOfHeadings(poses), kMaxTurnDeg);
   const double length_m =
       rough_distance_m * (poses.front().Inverse() * poses.back()).Translation().norm();

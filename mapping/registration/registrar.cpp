@@ -18,36 +18,8 @@
 
 namespace ceilmap::registration {
 
-const char* ToString(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kOk:
-      return "ok";
-    case Verdict::kNoTexture:
-      return "no texture";
-    case Verdict::kNoMatch:
-      return "no match";
-    case Verdict::kAmbiguous:
-      return "ambiguous";
-  }
-  return "?";
-}
-
 namespace {
 
-// Part of the blocks that agree with one plane, where the ceiling is one.
-constexpr double kPlaneInlierRatio = 0.75;
-// Unknown heights are believed where this part of the blocks, or of their texture, agrees, with
-// this mean evidence, ...
-constexpr double kBelievedInliers = 0.6;
-constexpr double kBelievedPeak = 0.25;
-// ... and this part of the measured heights is off most of the others. Level frames of flat
-// ceilings have up to 0.06.
-constexpr double kMinUnevenRatio = 0.15;
-// Where one plane explains nothing, less is sufficient. In a plain room right motions had 0.56 and
-// 0.18 and more. From starts that were 16 px away, most wrong ones had up to 0.5 and 0.16, some
-// with errors of 4 px and half a degree up to 0.64 and 0.23.
-constexpr double kGuessedInliers = 0.55;
-constexpr double kGuessedPeak = 0.17;
 // Grey levels; images with less show nothing.
 constexpr double kMinContrast = 0.25;
 // Another motion with this part of the best agreement is a rival, and ...
@@ -55,20 +27,6 @@ constexpr double kRivalRatio = 0.7;
 // ... stays one unless the images speak against it by so many nats.
 constexpr double kMinEvidence = 4.5;
 }  // namespace
-
-bool Registration::IsPlane() const {
-  return ok() && inliers >= kPlaneInlierRatio * blocks;
-}
-
-bool Registration::IsBestGuess() const {
-  return ok() && textured_peak >= kGuessedPeak && textured_inliers >= kGuessedInliers;
-}
-
-bool Registration::ShowsDepth() const {
-  const bool believed = (peak >= kBelievedPeak && inliers >= kBelievedInliers * blocks) ||
-                        (textured_peak >= kBelievedPeak && textured_inliers >= kBelievedInliers);
-  return ok() && heights && believed && heights->UnevenRatio() >= kMinUnevenRatio;
-}
 
 struct Registrar::Impl {
   Impl(cv::Size image_size, const RegistrarParams& p)
