@@ -22,6 +22,7 @@
 #include "app/terminal/table.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/yaml_value.hpp"
+#include "samples/simulator/auto_exposure.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 #include "samples/simulator/scene.hpp"
@@ -259,6 +260,7 @@ void RunSimulate(const SimulateOptions& params,
       ReadSettingsText(params.scene, "a scene file (format: samples/simulator/README.md)");
   const simulator::Scene scene = MakeScene(text, params);
   std::vector<simulator::Frame> frames = simulator::MakePath(scene);
+  simulator::FollowExposure(scene, frames);
   recordings::SimulationFolder folder(params.output, params.Format(), common.Existing());
   const Recordings recordings = OpenRecordings(scene, params.Format(), folder);
   const simulator::Renderer renderer(scene);

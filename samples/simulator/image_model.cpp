@@ -45,6 +45,9 @@ cv::Mat Sensitivity(const Image& image, const Camera& camera, Random random) {
 ImageModel::ImageModel(const Scene& scene, const Camera& camera, PixelPurposes purposes)
     : image_(scene.image),
       start_stamp_s_(scene.path.start_stamp_s),
+      exposure_time_s_(camera.exposure_time_s),
+      readout_time_s_(camera.readout_time_s),
+      warmth_(purposes.warmth),
       noise_key_(Random(scene.seed, purposes.noise).Bits()),
       sensitivity_(Sensitivity(scene.image, camera, {scene.seed, purposes.gain})),
       normal_(NormalNumbers({scene.seed, purposes.noise})) {
@@ -61,12 +64,25 @@ ImageModel::ImageModel(const Scene& scene, const Camera& camera, PixelPurposes p
 
 double ImageModel::Gain(const Frame& frame) const {
   const double turns = (frame.stamp_s - start_stamp_s_) / image_.exposure_period_s;
-  const double drift = 1 + image_.exposure_drift * std::sin(2 * std::numbers::pi * turns);
+  const double slow = std::sin(2 * std::numbers::pi * turns);
+  const double drift = 1 + image_.exposure_drift * slow;
+  const double balance = 1 + warmth_ * image_.white_balance_drift * slow;
   double step_gain = 1;
   for (const ExposureStep& step : image_.exposure_steps) {
     if (frame.index >= step.frame) step_gain = step.gain;
   }
-  return image_.exposure_gain * drift * step_gain;
+  return image_.exposure_gain * drift * step_gain * balance * frame.auto_gain;
+}
+
+double ImageModel::Flicker(const Frame& frame, int row) const {
+  if (image_.flicker_depth == 0) return 1;
+  const int last = sensitivity_.rows - 1;
+  const double after_middle_s = readout_time_s_ * (static_cast<double>(row) / last - 0.5);
+  const double t = frame.stamp_s - start_stamp_s_ + after_middle_s;
+  // Mean of the sine over the exposure.
+  const double half = std::numbers::pi * image_.flicker_hz * exposure_time_s_;
+  const double left = half > 0 ? std::sin(half) / half : 1;
+  return 1 + image_.flicker_depth * left * std::sin(2 * std::numbers::pi * image_.flicker_hz * t);
 }
 
 void ImageModel::AddGlare(cv::Mat& light) const {
@@ -81,10 +97,12 @@ void ImageModel::AddGlare(cv::Mat& light) const {
   cv::addWeighted(light, 1 - image_.glare, spread, image_.glare, 0, light);
 }
 
-cv::Mat ImageModel::Expose(const cv::Mat& light, float gain, std::int64_t index) const {
+cv::Mat ImageModel::Expose(const cv::Mat& light, const Frame& frame) const {
   cv::Mat grey(light.size(), CV_8UC1);
-  const std::uint64_t key = Mix(noise_key_ ^ static_cast<std::uint64_t>(index));
+  const std::uint64_t key = Mix(noise_key_ ^ static_cast<std::uint64_t>(frame.index));
+  const double frame_gain = Gain(frame);
   for (int v = 0; v < light.rows; ++v) {
+    const auto gain = static_cast<float>(frame_gain * Flicker(frame, v));
     const auto* in = light.ptr<float>(v);
     const auto* sensitivity = sensitivity_.ptr<float>(v);
     auto* out = grey.ptr<std::uint8_t>(v);
@@ -109,7 +127,7 @@ cv::Mat ImageModel::Develop(cv::Mat& light, const Frame& frame) const {
     cv::GaussianBlur(
         light, light, {size, size}, image_.blur_px, image_.blur_px, cv::BORDER_REPLICATE);
   }
-  return Expose(light, static_cast<float>(Gain(frame)), frame.index);
+  return Expose(light, frame);
 }
 
 cv::Mat DevelopPlanes(std::span<const ImageModel> planes,

@@ -11,10 +11,12 @@
 
 namespace ceilmap::simulator {
 
-/// Purpose of a camera's random numbers, so that two cameras have independent noise.
+/// Purpose of a camera's random numbers, so that two cameras have independent noise; and the colour
+/// of its pixels.
 struct PixelPurposes {
   Purpose gain = Purpose::kPixelGain;
   Purpose noise = Purpose::kPixelNoise;
+  int warmth = 0;  ///< -1: blue, 0: green or grey, 1: red
 };
 
 /// Converts light to grey values as described in Image. Thread-safe.
@@ -26,15 +28,21 @@ class ImageModel {
   /// @return CV_8UC1. The noise depends only on the scene's seed and frame.index.
   [[nodiscard]] cv::Mat Develop(cv::Mat& light, const Frame& frame) const;
 
-  /// Exposure factor of a frame: gain, drift and steps.
+  /// Exposure factor of a frame: gain, drift, steps and automatic exposure; and white balance.
   [[nodiscard]] double Gain(const Frame& frame) const;
+
+  /// Light of the lamps in an image row, relative to its mean over time.
+  [[nodiscard]] double Flicker(const Frame& frame, int row) const;
 
  private:
   void AddGlare(cv::Mat& light) const;
-  [[nodiscard]] cv::Mat Expose(const cv::Mat& light, float gain, std::int64_t index) const;
+  [[nodiscard]] cv::Mat Expose(const cv::Mat& light, const Frame& frame) const;
 
   Image image_;
   double start_stamp_s_;
+  double exposure_time_s_;
+  double readout_time_s_;
+  int warmth_;
   std::uint64_t noise_key_;
   cv::Mat sensitivity_;              // CV_32FC1: vignetting times the gain of each pixel
   std::vector<float> normal_;        // random numbers of standard deviation 1

@@ -14,6 +14,7 @@ ImageModel ColourModel(const Scene& scene, PixelPurposes purposes) {
   Camera camera;
   camera.width_px = scene.omni->width_px;
   camera.height_px = scene.omni->height_px;
+  camera.exposure_time_s = 0;
   return {of_omni, camera, purposes};
 }
 
@@ -22,9 +23,9 @@ ImageModel ColourModel(const Scene& scene, PixelPurposes purposes) {
 OmniEye::OmniEye(const Scene& scene, std::vector<Solid> solids)
     : scene_(scene),
       tracer_(scene, std::move(solids)),
-      colours_{ColourModel(scene, {Purpose::kOmniBlueGain, Purpose::kOmniBlueNoise}),
+      colours_{ColourModel(scene, {Purpose::kOmniBlueGain, Purpose::kOmniBlueNoise, -1}),
                ColourModel(scene, {Purpose::kOmniGreenGain, Purpose::kOmniGreenNoise}),
-               ColourModel(scene, {Purpose::kOmniRedGain, Purpose::kOmniRedNoise})} {}
+               ColourModel(scene, {Purpose::kOmniRedGain, Purpose::kOmniRedNoise, 1})} {}
 
 cv::Mat OmniEye::Light(const Frame& frame) const {
   return tracer_.Trace(frame.T_map_base, MoversAt(scene_, frame.stamp_s));

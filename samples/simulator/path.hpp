@@ -21,6 +21,8 @@ struct Frame {
   // The same for the forward camera, whose exposure has the same middle and may be longer.
   Eigen::Isometry3d T_map_base_forward_open = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_map_base_forward_close = Eigen::Isometry3d::Identity();
+  /// Of the upward camera's automatic exposure, in addition to that of Image; by FollowExposure().
+  double auto_gain = 1;
 };
 
 /// A frame of a robot at rest on the level floor.

@@ -52,9 +52,15 @@ constexpr PixelPurposes kUpPixels{Purpose::kPixelGain, Purpose::kPixelNoise};
 constexpr PixelPurposes kForwardPixels{Purpose::kForwardGain, Purpose::kForwardNoise};
 constexpr std::array kForwardColours{
     // blue, green, red
-    PixelPurposes{Purpose::kForwardBlueGain, Purpose::kForwardBlueNoise},
-    PixelPurposes{Purpose::kForwardGreenGain, Purpose::kForwardGreenNoise},
-    PixelPurposes{Purpose::kForwardRedGain, Purpose::kForwardRedNoise}};
+    PixelPurposes{Purpose::kForwardBlueGain, Purpose::kForwardBlueNoise, -1},
+    PixelPurposes{Purpose::kForwardGreenGain, Purpose::kForwardGreenNoise, 0},
+    PixelPurposes{Purpose::kForwardRedGain, Purpose::kForwardRedNoise, 1}};
+
+/// The automatic exposure is the upward camera's.
+Frame WithoutAutoGain(Frame frame) {
+  frame.auto_gain = 1;
+  return frame;
+}
 
 /// A camera of the robot with everything its images need.
 class Eye {
@@ -215,11 +221,11 @@ cv::Mat Renderer::RenderForward(const Frame& frame) const {
                          exposure,
                          RoomInImage(forward.Mounted(), frame.T_map_base, parts_->scene.room));
   }
-  return forward.Take(exposure, blur_px, frame);
+  return forward.Take(exposure, blur_px, WithoutAutoGain(frame));
 }
 
 cv::Mat Renderer::RenderOmni(const Frame& frame) const {
-  return parts_->Omni().Take(frame);
+  return parts_->Omni().Take(WithoutAutoGain(frame));
 }
 
 cv::Mat Renderer::RenderLight(const Isometry3d& T_map_base) const {

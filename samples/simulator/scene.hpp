@@ -191,7 +191,7 @@ struct OmniCamera {
 };
 
 /// The image model from light to grey values, in this order: motion blur, glare, vignetting,
-/// optical blur, exposure, noise, sRGB curve, 8 bit.
+/// optical blur, exposure and flicker, noise, sRGB curve, 8 bit.
 struct Image {
   bool motion_blur = true;  ///< by the true motion during the exposure
   double blur_px = 0.6;     ///< standard deviation of the optics' blur; 0: none
@@ -202,6 +202,17 @@ struct Image {
   double exposure_drift = 0.0;    ///< amplitude of a slow sine
   double exposure_period_s = 30;  ///< of that sine
   std::vector<ExposureStep> exposure_steps;
+  /// Time constant of an automatic exposure, which keeps the mean light of the upward images, cut
+  /// off at white, at that of the first frame (FollowExposure); 0: none.
+  double auto_exposure_lag_s = 0;
+  /// Lamps on the mains: all light is 1 + flicker_depth * sin(2 pi flicker_hz t), t from
+  /// path.start_stamp_s. Each row has its mean over the row's own exposure, so that a rolling
+  /// shutter shows bands.
+  double flicker_hz = 100;
+  double flicker_depth = 0;
+  /// Colour cameras only: amplitude of a slow sine of period exposure_period_s. Red is multiplied
+  /// by 1 + it, blue by 1 - it.
+  double white_balance_drift = 0;
   double shot_noise =
       0.008;  ///< standard deviation at white; proportional to the square root of the light
   double read_noise = 0.0005;  ///< standard deviation everywhere

@@ -19,7 +19,7 @@ using testing::Each;
 using testing::SizeIs;
 using testing::StartsWith;
 
-constexpr double kExactPx = 0.02;
+constexpr double kKnownPointPx = 0.02;
 
 /// One object or run without random deviations, texture, hangers and details.
 Structure Plain(StructureKind kind) {
@@ -72,7 +72,7 @@ TEST(Structures, LampsAppearAtTheirKnownPoints) {
       const Isometry3d T_map_base =
           Level(6 + 0.09 * std::cos(2 * i), 4 + 0.09 * std::sin(3 * i), 31.0 * i);
       const Vector2d expected = Pixel(renderer, T_map_base, middle);
-      EXPECT_LT((CentreOfLamp(scene, T_map_base) - expected).norm(), kExactPx) << "pose " << i;
+      EXPECT_LT((CentreOfLamp(scene, T_map_base) - expected).norm(), kKnownPointPx) << "pose " << i;
     }
   }
 }
@@ -94,7 +94,7 @@ TEST(Structures, LampsAppearWhereTheTiltMovesThem) {
     EXPECT_EQ(point.name, "it-1");
     const Vector2d expected = Pixel(renderer, T_map_base, point.p_map);
     EXPECT_GT((expected - Vector2d(159.5, 119.5)).norm(), 8 * i);
-    EXPECT_LT((CentreOfLamp(scene, T_map_base) - expected).norm(), kExactPx) << "tilt " << i;
+    EXPECT_LT((CentreOfLamp(scene, T_map_base) - expected).norm(), kKnownPointPx) << "tilt " << i;
   }
 }
 
@@ -117,7 +117,7 @@ TEST(Structures, PipeIsAsWideAsItsTangents) {
     const double middle = std::atan2(offset_m, z);
     const double half = std::asin(0.1 / distance);
     const double expected = 400 * (std::tan(middle + half) - std::tan(middle - half));
-    EXPECT_NEAR(320 - LitWidth(light, 119, 1), expected, kExactPx) << "offset " << offset_m;
+    EXPECT_NEAR(320 - LitWidth(light, 119, 1), expected, kKnownPointPx) << "offset " << offset_m;
   }
 }
 
