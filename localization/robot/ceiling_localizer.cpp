@@ -85,7 +85,7 @@ Estimate CeilingLocalizer::Locate(const Frame& frame) {
                                frame.context.heading,
                                frame.context.tilt,
                                frame.rectified,
-                               impl_->repetition.Next(frame.up.pixels),
+                               impl_->repetition.Next(frame.as_taken),
                                frame.velocity});
   if (location.tilt_left) CorrectTilt(*location.tilt_left);
   if (location.velocity) Move(*location.velocity);

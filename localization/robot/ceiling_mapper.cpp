@@ -105,7 +105,7 @@ Estimate CeilingMapper::Map(const Frame& frame) {
     me.image.pixels = me.view.Rectify(frame.up.pixels, me.buffer, frame.velocity);
   }
   mapping::FrameContext context = frame.context;
-  context.repeated = me.repetition.Next(frame.up.pixels);
+  context.repeated = me.repetition.Next(frame.as_taken);
   const graph::FramePose pose =
       me.mapper->Process(me.image, frame.up.index, frame.up.stamp_s, context);
   Locate(pose.stamp_s,

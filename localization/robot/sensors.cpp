@@ -6,6 +6,7 @@
 
 #include "calib/base/error.hpp"
 #include "calib/base/velocity_predictor.hpp"
+#include "compensation/flicker_bands.hpp"
 #include "localization/robot/colour_heading.hpp"
 #include "localization/robot/omni_heading.hpp"
 #include "localization/robot/sample_heading.hpp"
@@ -22,6 +23,7 @@ struct Located {
 /// that images can be added meanwhile.
 struct Task {
   Image up;
+  cv::Mat as_taken;
   Twist2 velocity;
   std::optional<Image> forward;
   std::optional<Image> omni;
@@ -43,6 +45,9 @@ struct Sensors::Impl {
       : rig(robot), params(p), forward(p.max_offset_s), omni(p.max_offset_s) {
     if (!(p.max_offset_s > 0)) throw InputError("sensors: max_offset_s must be > 0");
     if (!rig) return;
+    if (rig->up && compensation::FlickerBands::Visible(rig->up->readout_time_s)) {
+      bands.emplace(calib::CeilingView(*rig->up, rig->ceiling_height_m), rig->up->readout_time_s);
+    }
     if (params.measure_tilt) tilt.emplace(*rig, params.tilt);
     if (params.heading_model) {
       by_camera = std::make_unique<ColourHeading>(std::move(*params.heading_model), *rig);
@@ -55,6 +60,7 @@ struct Sensors::Impl {
   SensorsParams params;
   CameraStream forward;
   CameraStream omni;
+  std::optional<compensation::FlickerBands> bands;  // nothing: all rows are exposed at once
   std::optional<compensation::TiltEstimator> tilt;
   std::unique_ptr<HeadingSource> by_camera;
   bool by_colours = false;  // by_camera takes forward images, else mirror images
@@ -75,6 +81,8 @@ struct Sensors::Impl {
 Task Sensors::Impl::Prepare(const Image& up) {
   Task task;
   task.up = up;
+  task.as_taken = up.pixels;
+  if (bands) task.up.pixels = bands->Remove(up.pixels, up.stamp_s);
   task.velocity = velocity.At(up.stamp_s).value_or(Twist2{});
   task.forward = forward.Nearest(up.stamp_s);
   task.omni = omni.Nearest(up.stamp_s);
@@ -100,7 +108,7 @@ compensation::TiltEstimate Sensors::Impl::MeasureTilt(const Task& task) {
 
 Sensors::Frame Sensors::Impl::Measure(const Task& task) {
   if (task.residual && tilt) tilt->Correct(*task.residual);
-  Frame frame{task.up, task.velocity, {}, {}};
+  Frame frame{task.up, task.as_taken, task.velocity, {}, {}};
   frame.context.heading = task.heading;
   std::future<std::optional<HeadingPrior>> heading;
   if (task.by_camera != nullptr) {
@@ -191,10 +199,12 @@ void Sensors::CorrectTilt(const TiltAngles& residual) {
 void Sensors::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
   impl_->located = Located{stamp_s, T_map_base};
   impl_->velocity.AddPose(T_map_base, stamp_s);
+  if (impl_->bands) impl_->bands->Place(stamp_s, T_map_base);
 }
 
 void Sensors::Move(const StampedTwist2& velocity) {
   impl_->velocity.Add(velocity);
+  if (impl_->bands) impl_->bands->Move(velocity);
 }
 
 }  // namespace ceilmap::robot

@@ -60,8 +60,9 @@ class Sensors {
  protected:
   /// An upward frame with what the other sensors report of it.
   struct Frame {
-    Image up;
-    Twist2 velocity;  ///< predicted, to correct the image of a rolling shutter
+    Image up;          ///< without the bands of flickering lamps (FlickerBands)
+    cv::Mat as_taken;  ///< its pixels before these were removed
+    Twist2 velocity;   ///< predicted, to correct the image of a rolling shutter
     mapping::FrameContext context;
     /// The upward image, rectified and analysed while the tilt was measured; empty: it was not.
     registration::AnalyzedImage rectified;

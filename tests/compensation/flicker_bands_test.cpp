@@ -1,0 +1,157 @@
+#include "compensation/flicker_bands.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "samples/simulator/path.hpp"
+#include "samples/simulator/renderer.hpp"
+
+namespace ceilmap::compensation {
+namespace {
+
+/// A fisheye with a rolling shutter under a tiled ceiling with lamps. At ten images a second the
+/// bands stand still in the rows.
+simulator::Scene FlickeringRoom() {
+  simulator::Scene scene;
+  scene.room.height_m = 2.8;
+  scene.ceiling.lamp_every_x = 4;
+  scene.ceiling.lamp_every_y = 4;
+  scene.camera.width_px = 320;
+  scene.camera.height_px = 240;
+  scene.camera.focal_px = 160;
+  scene.camera.distortion_model = calib::LensModel::kEquidistant;
+  scene.camera.distortion = {-0.028, 0.0065, -0.0032, 0.0004};
+  scene.camera.exposure_time_s = 0.004;
+  scene.camera.readout_time_s = 0.025;
+  scene.image.motion_blur = false;
+  scene.image.flicker_depth = 0.15;
+  scene.path.max_frames = 25;
+  scene.path.acceleration_m_s2 = 3;
+  return scene;
+}
+
+struct Drive {
+  explicit Drive(const simulator::Scene& scene)
+      : renderer(scene),
+        frames(simulator::MakePath(scene)),
+        bands(calib::CeilingView(*renderer.GetRig().up, renderer.GetRig().ceiling_height_m),
+              scene.camera.readout_time_s) {}
+
+  static Pose2 PoseOf(const simulator::Frame& frame) {
+    const auto& T = frame.T_map_base;
+    return {
+        T.translation().x(), T.translation().y(), std::atan2(T.linear()(1, 0), T.linear()(0, 0))};
+  }
+
+  simulator::Renderer renderer;
+  std::vector<simulator::Frame> frames;
+  FlickerBands bands;
+};
+
+simulator::Scene Steady(simulator::Scene scene) {
+  scene.image.flicker_depth = 0;
+  return scene;
+}
+
+double MeanDifference(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total());
+}
+
+/// The last image, compared with that of lamps without flicker.
+void ExpectRemoved(const simulator::Scene& scene, bool with_poses) {
+  Drive drive(scene);
+  const simulator::Renderer steady(Steady(scene));
+  for (std::size_t i = 0; i + 1 < drive.frames.size(); ++i) {
+    const simulator::Frame& frame = drive.frames[i];
+    drive.bands.Remove(drive.renderer.Render(frame), frame.stamp_s);
+    if (with_poses) {
+      drive.bands.Place(frame.stamp_s, Drive::PoseOf(frame));
+      continue;
+    }
+    if (i > 0) {
+      const double step_s = frame.stamp_s - drive.frames[i - 1].stamp_s;
+      const Pose2 step = Drive::PoseOf(drive.frames[i - 1]).Inverse() * Drive::PoseOf(frame);
+      drive.bands.Move({frame.stamp_s - step_s / 2, Twist2::Mean(step, step_s)});
+    }
+    drive.bands.Place(frame.stamp_s, std::nullopt);
+  }
+  const simulator::Frame& last = drive.frames.back();
+  const cv::Mat taken = drive.renderer.Render(last);
+  const cv::Mat wanted = steady.Render(last);
+  const cv::Mat even = drive.bands.Remove(taken, last.stamp_s);
+  const double before = MeanDifference(taken, wanted);
+  EXPECT_GT(before, 3);  // grey levels; noise is below one
+  EXPECT_LT(MeanDifference(even, wanted), 0.2 * before);
+  EXPECT_EQ(cv::countNonZero((taken == 255) & (even != 255)), 0);
+  EXPECT_EQ(cv::countNonZero((taken == 0) != (even == 0)), 0);
+}
+
+TEST(FlickerBands, AreRemovedFromTheNextImage) {
+  ExpectRemoved(FlickeringRoom(), true);
+}
+
+TEST(FlickerBands, AreRemovedWhereTheyWander) {
+  simulator::Scene scene = FlickeringRoom();
+  scene.image.flicker_hz = 119.93;
+  scene.path.frame_rate_hz = 14;
+  ExpectRemoved(scene, true);
+}
+
+TEST(FlickerBands, AreRemovedWithTheBottomRowFirst) {
+  simulator::Scene scene = FlickeringRoom();
+  scene.image.flicker_hz = 100.06;
+  scene.camera.readout_time_s = -0.02;
+  ExpectRemoved(scene, true);
+}
+
+TEST(FlickerBands, VelocitiesSufficeWithoutPoses) {
+  ExpectRemoved(FlickeringRoom(), false);
+}
+
+TEST(FlickerBands, SteadyLightIsNotTouched) {
+  Drive drive(Steady(FlickeringRoom()));
+  for (const simulator::Frame& frame : drive.frames) {
+    const cv::Mat raw = drive.renderer.Render(frame);
+    EXPECT_EQ(drive.bands.Remove(raw, frame.stamp_s).data, raw.data) << frame.index;
+    drive.bands.Place(frame.stamp_s, Drive::PoseOf(frame));
+  }
+  EXPECT_FALSE(drive.bands.Found().has_value());
+}
+
+TEST(FlickerBands, ImagesMayBePlacedLater) {
+  const simulator::Scene scene = FlickeringRoom();
+  Drive at_once(scene);
+  Drive later(scene);
+  for (std::size_t i = 0; i < at_once.frames.size(); ++i) {
+    const simulator::Frame& frame = at_once.frames[i];
+    const cv::Mat raw = at_once.renderer.Render(frame);
+    at_once.bands.Remove(raw, frame.stamp_s);
+    at_once.bands.Place(frame.stamp_s, Drive::PoseOf(frame));
+    later.bands.Remove(raw, frame.stamp_s);
+    if (i == 0) continue;
+    const simulator::Frame& before = at_once.frames[i - 1];
+    later.bands.Place(before.stamp_s, Drive::PoseOf(before));
+  }
+  later.bands.Place(later.frames.back().stamp_s, Drive::PoseOf(later.frames.back()));
+  ASSERT_TRUE(at_once.bands.Found() && later.bands.Found());
+  EXPECT_EQ(at_once.bands.Found()->amplitude, later.bands.Found()->amplitude);
+}
+
+TEST(FlickerBands, ShortReadOutHasNone) {
+  EXPECT_FALSE(FlickerBands::Visible(0));
+  EXPECT_FALSE(FlickerBands::Visible(0.002));
+  EXPECT_TRUE(FlickerBands::Visible(0.02));
+  EXPECT_TRUE(FlickerBands::Visible(-0.02));
+}
+
+TEST(FlickerBands, LeavesImagesOfAnotherSizeToOthers) {
+  Drive drive(FlickeringRoom());
+  const cv::Mat other(100, 100, CV_8UC1, cv::Scalar(90));
+  EXPECT_EQ(drive.bands.Remove(other, 1).data, other.data);
+  drive.bands.Place(1, Pose2{});
+}
+
+}  // namespace
+}  // namespace ceilmap::compensation
