@@ -59,6 +59,8 @@ std::optional<ScaleTerm> CompareScales(const calib::CeilingView& view,
     if (!hit || to.cells[*hit].sigma > kComparedSigma) continue;
     const Eigen::Vector2d off = (x - to.Centre(*hit)).cwiseQuotient(to.step_px);
     if (off.cwiseAbs().maxCoeff() > kOffCentre) continue;
+    // What moves by itself may have been measured behind the camera.
+    if (seen.rho <= 0 || to.cells[*hit].rho <= 0) continue;
     ratios.push_back(std::log(seen.rho / to.cells[*hit].rho));
   }
   if (ratios.size() < kFewest) return std::nullopt;

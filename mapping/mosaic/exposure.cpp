@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <span>
@@ -15,6 +16,10 @@ constexpr int kVignettingTerms = 3;
 constexpr int kRounds = 6;
 constexpr double kHuber = 0.02;  // log units: about 2 % of grey, twice the noise of a patch mean
 constexpr double kRidge = 1e-4;  // in units of one observation
+
+constexpr int kBandRounds = 10;         // in each of the rounds
+constexpr double kBandPrior = 1;        // observations that a keyframe without bands is worth
+constexpr double kVisibleBand = 0.005;  // log units: weaker bands are errors of the fit
 
 /// Largest number of observations of one point. The work for a point grows with the square of this
 /// number, and a robot may pass under a point any number of times.
@@ -72,7 +77,9 @@ class NormalEquations {
     for (int i = 0; i < unknowns; ++i) triplets_.emplace_back(i, i, kRidge);
   }
 
-  void AddPoint(Observations observations, const std::vector<double>& weights) {
+  void AddPoint(Observations observations,
+                const std::vector<double>& weights,
+                const ExposureModel& model) {
     const int first_term = static_cast<int>(right_.size()) - kVignettingTerms;
     const double sum_w = std::accumulate(weights.begin(), weights.end(), 0.0);
     row_.clear();  // sum w a as (unknown, value); the three vignetting terms come last
@@ -83,13 +90,15 @@ class NormalEquations {
       const double w = weights[i];
       const int k = observations[i].keyframe;
       row_.emplace_back(k, w);
-      grey_sum += w * observations[i].log_grey;
+      const double log_grey =
+          observations[i].log_grey - model.LogBand(observations[i].keyframe, observations[i].row_s);
+      grey_sum += w * log_grey;
       triplets_.emplace_back(k, k, w);
-      right_[k] += w * observations[i].log_grey;
+      right_[k] += w * log_grey;
       for (int m = 0; m < kVignettingTerms; ++m) {
         terms_sum[m] += w * terms[m];
         triplets_.emplace_back(first_term + m, k, w * terms[m]);
-        right_[first_term + m] += w * terms[m] * observations[i].log_grey;
+        right_[first_term + m] += w * terms[m] * log_grey;
         for (int n = 0; n <= m; ++n) {
           triplets_.emplace_back(first_term + m, first_term + n, w * terms[m] * terms[n]);
         }
@@ -117,12 +126,18 @@ class NormalEquations {
   std::vector<std::pair<int, double>> row_;
 };
 
+/// Log brightness of the point, as one observation has it.
+double BrightnessBy(const ExposureObservation& o, const ExposureModel& model) {
+  return o.log_grey - model.log_gain[o.keyframe] - model.LogVignetting(o.q) -
+         model.LogBand(o.keyframe, o.row_s);
+}
+
 /// Huber weights of a point's observations about the point's brightness, the median of its
 /// observations.
 std::vector<double> Weights(Observations observations, const ExposureModel& model) {
   std::vector<double> brightness;
   for (const ExposureObservation& o : observations) {
-    brightness.push_back(o.log_grey - model.log_gain[o.keyframe] - model.LogVignetting(o.q));
+    brightness.push_back(BrightnessBy(o, model));
   }
   std::vector<double> sorted = brightness;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
@@ -134,29 +149,109 @@ std::vector<double> Weights(Observations observations, const ExposureModel& mode
   return brightness;
 }
 
-}  // namespace
-
-double ExposureModel::LogVignetting(double q) const {
-  return q * (vignetting[0] + q * (vignetting[1] + q * vignetting[2]));
+double MeanBrightness(Observations observations,
+                      const std::vector<double>& weights,
+                      const ExposureModel& model) {
+  double sum = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    sum += weights[i] * BrightnessBy(observations[i], model);
+  }
+  return sum / std::accumulate(weights.begin(), weights.end(), 0.0);
 }
 
-ExposureModel SolveExposure(int keyframes, std::vector<ExposureObservation> observations) {
-  const std::vector<ExposureObservation> selected = Select(std::move(observations));
-  const std::vector<Observations> points = GroupByPoint(selected);
+/// The waves of a row, whose sum by the parts of a band's amplitude is the band; and a constant.
+Eigen::Vector3d WavesOf(double row_s, double flicker_hz) {
+  const double phase = 2 * std::numbers::pi * flicker_hz * row_s;
+  return {std::cos(phase), -std::sin(phase), 1};
+}
 
+/// Fits the bands of each keyframe to what its observations differ from the points' brightness. A
+/// point's brightness contains the bands themselves: repeated until they are complete.
+void FitBands(const std::vector<Observations>& points, ExposureModel& model) {
+  const std::size_t keyframes = model.bands.size();
+  for (int round = 0; round < kBandRounds; ++round) {
+    std::vector<Eigen::Matrix3d> normal(keyframes, kBandPrior * Eigen::Matrix3d::Identity());
+    std::vector<Eigen::Vector3d> right(keyframes, Eigen::Vector3d::Zero());
+    for (const Observations& point : points) {
+      const std::vector<double> weights = Weights(point, model);
+      const double mean = MeanBrightness(point, weights, model);
+      for (std::size_t i = 0; i < point.size(); ++i) {
+        const auto k = static_cast<std::size_t>(point[i].keyframe);
+        const Eigen::Vector3d waves = WavesOf(point[i].row_s, model.flicker_hz);
+        normal[k] += weights[i] * waves * waves.transpose();
+        right[k] += weights[i] * (BrightnessBy(point[i], model) - mean) * waves;
+      }
+    }
+    for (std::size_t k = 0; k < keyframes; ++k) {
+      right[k].head<2>() -=
+          kBandPrior * Eigen::Vector2d(model.bands[k].real(), model.bands[k].imag());
+      const Eigen::Vector3d more = normal[k].ldlt().solve(right[k]);
+      model.bands[k] += std::complex<double>(more[0], more[1]);
+    }
+  }
+}
+
+/// Gains, vignetting and, at a frequency that is not 0, bands.
+ExposureModel Solve(int keyframes, const std::vector<Observations>& points, double flicker_hz) {
   ExposureModel model;
   model.log_gain.assign(static_cast<std::size_t>(keyframes), 0);
+  model.flicker_hz = flicker_hz;
+  if (flicker_hz > 0) model.bands.assign(static_cast<std::size_t>(keyframes), 0);
   for (int round = 0; round < kRounds; ++round) {
     NormalEquations equations(keyframes + kVignettingTerms);
     for (const Observations& point : points) {
       // The first iteration has no residuals: all observations have equal weight.
       const std::vector<double> weights =
           round == 0 ? std::vector<double>(point.size(), 1) : Weights(point, model);
-      equations.AddPoint(point, weights);
+      equations.AddPoint(point, weights, model);
     }
     const Eigen::VectorXd x = equations.Solve();
     for (int k = 0; k < keyframes; ++k) model.log_gain[k] = x[k];
     for (int m = 0; m < kVignettingTerms; ++m) model.vignetting[m] = x[keyframes + m];
+    if (flicker_hz > 0) FitBands(points, model);
+  }
+  return model;
+}
+
+/// Sum of Huber's loss of all observations.
+double LossOf(const std::vector<Observations>& points, const ExposureModel& model) {
+  double loss = 0;
+  for (const Observations& point : points) {
+    const std::vector<double> weights = Weights(point, model);
+    const double mean = MeanBrightness(point, weights, model);
+    for (std::size_t i = 0; i < point.size(); ++i) {
+      loss += weights[i] * std::pow(BrightnessBy(point[i], model) - mean, 2);
+    }
+  }
+  return loss;
+}
+
+}  // namespace
+
+double ExposureModel::LogBand(int keyframe, double row_s) const {
+  if (bands.empty()) return 0;
+  const double phase = 2 * std::numbers::pi * flicker_hz * row_s;
+  return std::real(bands[static_cast<std::size_t>(keyframe)] * std::polar(1.0, phase));
+}
+
+double ExposureModel::LogVignetting(double q) const {
+  return q * (vignetting[0] + q * (vignetting[1] + q * vignetting[2]));
+}
+
+ExposureModel SolveExposure(int keyframes,
+                            std::vector<ExposureObservation> observations,
+                            bool rolling) {
+  const std::vector<ExposureObservation> selected = Select(std::move(observations));
+  const std::vector<Observations> points = GroupByPoint(selected);
+  ExposureModel model = Solve(keyframes, points, 0);
+  if (rolling) {
+    for (const double mains_hz : {100.0, 120.0}) {
+      ExposureModel with_bands = Solve(keyframes, points, mains_hz);
+      if (LossOf(points, with_bands) < LossOf(points, model)) model = std::move(with_bands);
+    }
+    for (std::complex<double>& band : model.bands) {
+      if (std::abs(band) < kVisibleBand) band = 0;
+    }
   }
   if (keyframes > 0) {
     const double mean =

@@ -47,6 +47,7 @@ std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement
                                                  cv::Size size,
                                                  double units_per_px,
                                                  const HeightMap& heights,
+                                                 const cv::Mat& row_times,
                                                  const std::function<cv::Mat(std::size_t)>& load) {
   const double spacing = std::min(size.width, size.height) * units_per_px / kLatticeAcross;
   const cv::Point2d centre((size.width - 1) / 2.0, (size.height - 1) / 2.0);
@@ -68,8 +69,13 @@ std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement
         if (!grey) continue;
         const int point = point_ids.try_emplace({x, y}, point_ids.size()).first->second;
         const cv::Point2d offset = pixel - centre;
-        observations.push_back(
-            {point, static_cast<int>(k), offset.dot(offset) / centre.dot(centre), std::log(*grey)});
+        const double row_s =
+            row_times.empty() ? 0 : row_times.at<float>(cvRound(pixel.y), cvRound(pixel.x));
+        observations.push_back({point,
+                                static_cast<int>(k),
+                                offset.dot(offset) / centre.dot(centre),
+                                std::log(*grey),
+                                row_s});
       }
     }
   }

@@ -16,11 +16,13 @@ namespace ceilmap::mosaic {
 ///
 /// Views that do not see the point, because a nearer surface hides it, are left out.
 ///
+/// @param row_times  See RowTimes; empty: rows were exposed at once.
 /// @param load  image of the view with that index, CV_8UC1 of `size`; each image is loaded once.
 std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement>& views,
                                                  cv::Size size,
                                                  double units_per_px,
                                                  const HeightMap& heights,
+                                                 const cv::Mat& row_times,
                                                  const std::function<cv::Mat(std::size_t)>& load);
 
 }  // namespace ceilmap::mosaic

@@ -14,6 +14,7 @@
 #include "mapping/mosaic/image_cache.hpp"
 #include "mapping/mosaic/levelling.hpp"
 #include "mapping/mosaic/padded_image.hpp"
+#include "mapping/mosaic/row_times.hpp"
 #include "mapping/mosaic/sharpness.hpp"
 #include "mapping/mosaic/tile_rows.hpp"
 #include "mapping/mosaic/view_agreement.hpp"
@@ -84,6 +85,8 @@ struct MosaicRenderer::Impl {
   std::vector<std::int64_t> ids;
   std::vector<ViewPlacement> views;
   HeightMap heights;
+  cv::Mat row_times;  // of a rolling shutter; else empty
+  ExposureModel exposure;
   std::vector<float> gain_factors;  // 1 / exp(g_k)
   std::vector<float> view_weights;  // below 1 for blurred images
   std::vector<bool> has_blanks;     // true for images of a tilted robot
@@ -104,6 +107,7 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
       load(std::move(loader)),
       views(PlaceViews(keyframes, metadata)),
       heights(keyframes, metadata, mosaic_params.threads),
+      row_times(RowTimes(metadata)),
       thumbnails(metadata.view_size),
       cache([this](std::int64_t id) { return LoadImage(id); }, mosaic_params.cache_images) {
   for (const graph::Keyframe& keyframe : keyframes) ids.push_back(keyframe.id);
@@ -116,7 +120,6 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
 
 /// The single pass over all images before rendering: exposure, sharpness, thumbnails.
 void MosaicRenderer::Impl::Survey() {
-  ExposureModel exposure;
   exposure.log_gain.assign(views.size(), 0);
   std::vector<double> sharpness(views.size(), 0);
   has_blanks.assign(views.size(), false);
@@ -129,8 +132,10 @@ void MosaicRenderer::Impl::Survey() {
     return inner;
   };
   if (params.level_exposure) {
-    exposure = SolveExposure(static_cast<int>(views.size()),
-                             ObserveExposure(views, view_size, units_per_px, heights, image));
+    exposure =
+        SolveExposure(static_cast<int>(views.size()),
+                      ObserveExposure(views, view_size, units_per_px, heights, row_times, image),
+                      !row_times.empty());
   } else {
     for (std::size_t k = 0; k < views.size(); ++k) image(k);
   }
@@ -295,10 +300,15 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
                    most = std::max(most, share * weight);
                  });
   }
+  const auto band_factor = [this](int k, cv::Point2d pixel) {
+    const float row_s = row_times.ptr<float>(cvRound(pixel.y))[cvRound(pixel.x)];
+    return static_cast<float>(std::exp(-exposure.LogBand(k, row_s)));
+  };
   cv::Mat sums(tile.size(), CV_32FC2, cv::Scalar(0, 0));  // of weight * grey, of weight
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const ImageCache::Image image = cache.Get(ids[candidates[i]]);
     const float gain = gain_factors[candidates[i]];
+    const bool has_bands = !exposure.bands.empty() && exposure.bands[candidates[i]] != 0.0;
     const float share = view_weights[candidates[i]];
     ForEachPixel(candidates[i],
                  agreements[i],
@@ -307,6 +317,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
                  [&](cv::Point at, cv::Point2d pixel, float weight, float vignetting) {
                    weight *= share;
                    if (weight <= kNegligible * largest.ptr<float>(at.y)[at.x]) return;
+                   if (has_bands) vignetting *= band_factor(candidates[i], pixel);
                    auto& sum = sums.ptr<cv::Vec2f>(at.y)[at.x];
                    sum[0] += weight * LevelGrey(Sample(*image, pixel), gain * vignetting);
                    sum[1] += weight;

@@ -38,7 +38,9 @@ struct MosaicParams {
 /// Exposure: log I_k(u) = log E(X) + g_k + v(r), with a gain g_k per keyframe and one radial
 /// vignetting profile v(r) (even polynomial, v(0) = 0) for the camera, solved by linear least
 /// squares (robust: saturated and dark pixels left out, Huber) from points that several keyframes
-/// observe; then each image is divided by exp(g_k + v(r)).
+/// observe; then each image is divided by exp(g_k + v(r)). Of a camera with a rolling shutter
+/// (metadata.rig_yaml), bands of flickering lamps that images still have are solved for and
+/// divided out likewise.
 ///
 /// Heights: where keyframes have height fields, each pixel shows the surface of HeightMap at its
 /// place, sampled where each image shows a point of that height. An image in which a nearer surface

@@ -79,6 +79,22 @@ TEST(ConsistentScales, FollowWhatKeyframesHaveInCommon) {
   }
 }
 
+// What moved while two images were taken can have any ratio.
+TEST(ConsistentScales, CellsBehindTheCameraDoNotCount) {
+  const calib::CeilingView view = View();
+  graph::MapGraph graph = Drive(view, 0.008);
+  for (const int i : {2, 3, 5, 8}) {
+    heights::HeightField field = *graph.keyframes[static_cast<std::size_t>(i)].heights;
+    for (std::size_t cell = 40; cell < 50; ++cell) field.cells[cell].rho = -0.4F;
+    graph.keyframes[static_cast<std::size_t>(i)].heights =
+        std::make_shared<const heights::HeightField>(std::move(field));
+  }
+  const auto factors = ConsistentScales(view, graph);
+  for (int i = 0; i < kKeyframes; ++i) {
+    EXPECT_NEAR(std::log(factors.at(i)), 0.008 * i, 0.012) << i;
+  }
+}
+
 TEST(ConsistentScales, KeyframesWithoutHeightsHaveNone) {
   const calib::CeilingView view = View();
   graph::MapGraph graph = Drive(view, 0);

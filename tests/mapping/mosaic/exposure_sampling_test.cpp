@@ -25,7 +25,7 @@ cv::Mat Uniform(const ViewPlacement& view) {
 /// Ceiling points that are seen at two brightnesses, and points that are seen twice or more.
 std::pair<int, int> MixedOf(const two_planes::Drive& drive, const HeightMap& heights) {
   const auto observations = ObserveExposure(
-      drive.views, two_planes::kViewSize, two_planes::kUnitsPerPx, heights, [&](std::size_t k) {
+      drive.views, two_planes::kViewSize, two_planes::kUnitsPerPx, heights, {}, [&](std::size_t k) {
         return Uniform(drive.views[k]);
       });
   std::map<int, std::vector<double>> points;

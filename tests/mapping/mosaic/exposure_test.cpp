@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
+#include <map>
 #include <numeric>
 #include <opencv2/core.hpp>
 
@@ -92,6 +94,54 @@ TEST(Exposure, NothingInCommonMeansNoCorrection) {
     EXPECT_EQ(model.LogVignetting(1), 0);
   }
   EXPECT_TRUE(SolveExposure(0, {}).log_gain.empty());
+}
+
+/// Lattice points in the images of a camera that moves along its rows' direction, of which some
+/// have bands: those taken before the bands were known, for example.
+std::vector<ExposureObservation> WithBands(double flicker_hz,
+                                           const std::map<int, std::complex<double>>& bands) {
+  cv::RNG rng(11);
+  ExposureModel truth;
+  truth.flicker_hz = flicker_hz;
+  truth.bands.assign(10, 0);
+  for (const auto& [k, band] : bands) truth.bands[static_cast<std::size_t>(k)] = band;
+  std::vector<ExposureObservation> observations;
+  for (int point = 0; point < 600; ++point) {
+    const double y = rng.uniform(0.0, 3.7);  // in heights of an image, which moves by 0.3
+    const double log_brightness = rng.uniform(4.0, 5.2);
+    for (int k = 0; k < 10; ++k) {
+      const double v = y - 0.3 * k - 0.5;
+      if (std::abs(v) > 0.5) continue;
+      ExposureObservation o{point, k, 0.5 * v * v, 0, 0.025 * v};
+      o.log_grey = log_brightness + truth.LogBand(k, o.row_s) + rng.gaussian(0.005);
+      observations.push_back(o);
+    }
+  }
+  return observations;
+}
+
+TEST(Exposure, FindsTheImagesThatHaveBands) {
+  const std::complex<double> band(0.06, -0.08);
+  for (const double hz : {100.0, 120.0}) {
+    const ExposureModel model =
+        SolveExposure(10, WithBands(hz, {{0, band}, {6, 0.5 * band}}), true);
+    EXPECT_EQ(model.flicker_hz, hz);
+    ASSERT_EQ(model.bands.size(), 10U);
+    for (int k = 0; k < 10; ++k) {
+      const std::complex<double> wanted = k == 0 ? band : k == 6 ? 0.5 * band : 0.0;
+      EXPECT_LT(std::abs(model.bands[static_cast<std::size_t>(k)] - wanted), 0.012)
+          << hz << ' ' << k;
+    }
+  }
+}
+
+TEST(Exposure, WithoutFlickerNoImageHasBands) {
+  const ExposureModel model = SolveExposure(10, WithBands(100, {}), true);
+  for (int k = 0; k < 10; ++k) EXPECT_EQ(model.LogBand(k, 0.003), 0) << k;
+}
+
+TEST(Exposure, RowsExposedAtOnceHaveNoBands) {
+  EXPECT_TRUE(SolveExposure(10, WithBands(100, {{0, 0.1}})).bands.empty());
 }
 
 }  // namespace
