@@ -1,6 +1,7 @@
 #include "compensation/band_fit.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -19,11 +20,18 @@ constexpr double kReachHz = 0.3;
 constexpr double kStepHz = 0.03;
 // Standard deviation of an amplitude before anything is measured, log grey.
 constexpr double kPriorSigma = 0.3;
+// What the points of a pair have in common beside bands, as an error of each amplitude. While the
+// robot has hardly moved, it is large compared with what bands that stand still change.
+constexpr double kCommonSigma = 0.003;
+// Bands are removed when the standard deviation is below this part of their amplitude.
+constexpr double kMaxSigmaRatio = 0.1;
 // Bands that are weaker, or explain less of what changes between images, are not removed. Without
 // flicker, depth and moving things look like bands that explain 0.5 % in the first images and 0.2 %
 // later; bands of 0.014 explained 2 to 20 % in a room with a turning fan, and bands of 0.1 95 %.
 constexpr double kMinAmplitude = 0.003;
 constexpr double kMinExplained = 0.015;
+// Bands that were found remain so until they explain less than this.
+constexpr double kMinExplainedOn = 0.005;
 
 constexpr int kGains = 3;  // gain, two terms of vignetting
 constexpr int kUnknowns = kGains + 4;
@@ -104,10 +112,14 @@ BandFit::Quadratic BandFit::Reduce(std::span<const BandSample> samples, double f
   const Eigen::Matrix<double, 4, kGains> eliminate = mixed * gains.inverse();
   const double scale = 1 / (sigma * sigma);
   Quadratic reduced;
-  reduced.information = scale * (normal.bottomRightCorner<4, 4>() - eliminate * mixed.transpose());
-  reduced.right = scale * (right.tail<4>() - eliminate * right.head<kGains>());
+  reduced.of_points = scale * (normal.bottomRightCorner<4, 4>() - eliminate * mixed.transpose());
+  reduced.right_of_points = scale * (right.tail<4>() - eliminate * right.head<kGains>());
   reduced.total =
       scale * (total - right.head<kGains>().dot(gains.inverse() * right.head<kGains>()));
+  const Eigen::Matrix4d common =
+      (Eigen::Matrix4d::Identity() + kCommonSigma * kCommonSigma * reduced.of_points).inverse();
+  reduced.information = common * reduced.of_points;
+  reduced.right = common * reduced.right_of_points;
   return reduced;
 }
 
@@ -121,40 +133,58 @@ void BandFit::Add(double stamp_s, double earlier_stamp_s, std::span<const BandSa
   if (pairs_.size() > kMaxPairs) pairs_.pop_front();
 }
 
-std::optional<Bands> BandFit::Solve() const {
-  if (pairs_.empty()) return std::nullopt;
+/// All pairs under one frequency, at the time of the last one.
+struct BandFit::Trial {
+  Bands bands;
+  double gain = 0;       // what the bands explain, the errors in common included
+  double explained = 0;  // of what the points change, 0..1
+  double sigma = 0;      // of the amplitude, in its least certain direction
+};
+
+BandFit::Trial BandFit::Try(std::size_t mains, double frequency_hz) const {
   const double stamp_s = pairs_.back().stamp_s;
-  Bands best;
-  best.stamp_s = stamp_s;
-  double most_explained = 0;
+  Eigen::Matrix2d information = Eigen::Matrix2d::Identity() / (kPriorSigma * kPriorSigma);
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d of_points = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right_of_points = Eigen::Vector2d::Zero();
+  double total = 0;
+  for (const Pair& pair : pairs_) {
+    const double weight = std::exp((pair.stamp_s - stamp_s) / kMemoryS);
+    const Quadratic& q = pair.by_mains[mains];
+    Eigen::Matrix<double, 4, 2> both;
+    both << Turned(frequency_hz, pair.stamp_s - stamp_s),
+        Turned(frequency_hz, pair.earlier_stamp_s - stamp_s);
+    information += weight * both.transpose() * q.information * both;
+    right += weight * both.transpose() * q.right;
+    of_points += weight * both.transpose() * q.of_points * both;
+    right_of_points += weight * both.transpose() * q.right_of_points;
+    total += weight * q.total;
+  }
+  const Eigen::Vector2d x = information.ldlt().solve(right);
+  Trial trial;
+  trial.bands = {frequency_hz, stamp_s, {x[0], x[1]}};
+  trial.gain = x.dot(right);
+  if (total > 0) trial.explained = (2 * x.dot(right_of_points) - x.dot(of_points * x)) / total;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(information);
+  trial.sigma = 1 / std::sqrt(axes.eigenvalues().minCoeff());
+  return trial;
+}
+
+std::optional<Bands> BandFit::Solve(bool known) const {
+  if (pairs_.empty()) return std::nullopt;
+  Trial best;
   for (std::size_t i = 0; i < kMainsHz.size(); ++i) {
     for (double off_hz = -kReachHz; off_hz < kReachHz + kStepHz / 2; off_hz += kStepHz) {
-      const double frequency_hz = kMainsHz[i] + off_hz;
-      Eigen::Matrix2d information = Eigen::Matrix2d::Identity() / (kPriorSigma * kPriorSigma);
-      Eigen::Vector2d right = Eigen::Vector2d::Zero();
-      double total = 0;
-      for (const Pair& pair : pairs_) {
-        const double weight = std::exp((pair.stamp_s - stamp_s) / kMemoryS);
-        const Quadratic& q = pair.by_mains[i];
-        Eigen::Matrix<double, 4, 2> both;
-        both << Turned(frequency_hz, pair.stamp_s - stamp_s),
-            Turned(frequency_hz, pair.earlier_stamp_s - stamp_s);
-        information += weight * both.transpose() * q.information * both;
-        right += weight * both.transpose() * q.right;
-        total += weight * q.total;
-      }
-      const Eigen::Vector2d x = information.ldlt().solve(right);
-      const double explained = total > 0 ? x.dot(right) / total : 0;
-      if (explained <= most_explained) continue;
-      most_explained = explained;
-      best.frequency_hz = frequency_hz;
-      best.amplitude = {x[0], x[1]};
+      const Trial trial = Try(i, kMainsHz[i] + off_hz);
+      if (trial.gain > best.gain) best = trial;
     }
   }
-  if (most_explained < kMinExplained || std::abs(best.amplitude) < kMinAmplitude) {
+  const double amplitude = std::abs(best.bands.amplitude);
+  if (best.explained < (known ? kMinExplainedOn : kMinExplained) || amplitude < kMinAmplitude ||
+      best.sigma > kMaxSigmaRatio * amplitude) {
     return std::nullopt;
   }
-  return best;
+  return best.bands;
 }
 
 }  // namespace ceilmap::compensation

@@ -41,7 +41,8 @@ class BandFit {
 
   /// The bands around the time of the last pair; nothing where there are none, or too weak to be
   /// distinguished from other changes of brightness.
-  [[nodiscard]] std::optional<Bands> Solve() const;
+  /// @param known  Whether bands were found after the pair before.
+  [[nodiscard]] std::optional<Bands> Solve(bool known = false) const;
 
   void Clear() { pairs_.clear(); }
 
@@ -51,7 +52,10 @@ class BandFit {
   struct Quadratic {
     Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
-    double total = 0;  ///< squared residuals without bands
+    /// The same without the errors that all points have in common.
+    Eigen::Matrix4d of_points = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d right_of_points = Eigen::Vector4d::Zero();
+    double total = 0;  ///< squared residuals of the points without bands
   };
   static constexpr std::array kMainsHz{100.0, 120.0};
   struct Pair {
@@ -59,6 +63,8 @@ class BandFit {
     double earlier_stamp_s = 0;
     std::array<Quadratic, kMainsHz.size()> by_mains;
   };
+  struct Trial;
+  [[nodiscard]] Trial Try(std::size_t mains, double frequency_hz) const;
   static Quadratic Reduce(std::span<const BandSample> samples, double frequency_hz);
 
   std::deque<Pair> pairs_;  // the latest last

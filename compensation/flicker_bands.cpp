@@ -185,7 +185,7 @@ void FlickerBands::Place(double stamp_s, const std::optional<Pose2>& T_map_base)
   }
   if (const Seen* const partner = Partner(now.T_odom_base)) {
     fit_.Add(stamp_s, partner->stamp_s, Compare(now, *partner));
-    found_ = fit_.Solve();
+    found_ = fit_.Solve(found_.has_value());
   }
   placed_.push_back(std::move(now));
   if (placed_.size() > kKept) placed_.pop_front();
