@@ -16,7 +16,7 @@ rows=(
   "mapping/graph: mapping/heights calib/base"
   "mapping/places: mapping/registration calib/base"
   "mapping/store: mapping/graph mapping/heights calib/base"
-  "mapping/mosaic: mapping/store mapping/graph mapping/heights calib calib/base"
+  "mapping/mosaic: mapping/store mapping/graph mapping/registration mapping/heights calib calib/base"
   "mapping: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/base"
   "compensation: mapping/registration mapping/heights calib calib/base"
   "compensation/mount: compensation mapping/registration calib/solve calib calib/base"

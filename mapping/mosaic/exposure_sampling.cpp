@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 
+#include "mapping/registration/noise.hpp"
+
 namespace ceilmap::mosaic {
 namespace {
 
@@ -12,11 +14,13 @@ constexpr int kLatticeAcross = 10;  // points over the shorter side of an image
 constexpr int kPatchRadius = 4;     // pixels
 constexpr int kDark = 3;
 constexpr int kSaturated = 250;
-constexpr double kMaxContrast = 0.06;  // standard deviation over mean
+constexpr double kMaxContrast = 0.06;  // standard deviation over mean, besides the noise
 
 /// Mean grey around (u, v), or nothing where the patch leaves the image, is not flat, dark or
 /// saturated.
-std::optional<double> FlatPatchMean(const cv::Mat& image, const cv::Point2d& pixel) {
+std::optional<double> FlatPatchMean(const cv::Mat& image,
+                                    double noise_power,
+                                    const cv::Point2d& pixel) {
   const int u = cvRound(pixel.x);
   const int v = cvRound(pixel.y);
   if (u < kPatchRadius || v < kPatchRadius || u >= image.cols - kPatchRadius ||
@@ -36,7 +40,7 @@ std::optional<double> FlatPatchMean(const cv::Mat& image, const cv::Point2d& pix
   }
   constexpr double kCount = (2 * kPatchRadius + 1) * (2 * kPatchRadius + 1);
   const double mean = sum / kCount;
-  const double variance = squares / kCount - mean * mean;
+  const double variance = squares / kCount - mean * mean - noise_power;
   if (variance > kMaxContrast * kMaxContrast * mean * mean) return std::nullopt;
   return mean;
 }
@@ -55,6 +59,7 @@ std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement
   std::vector<ExposureObservation> observations;
   for (std::size_t k = 0; k < views.size(); ++k) {
     const cv::Mat image = load(k);
+    const double noise_power = std::pow(registration::EstimateNoise(image), 2);
     const cv::Rect2d box = views[k].Bounds();
     const auto last_x = static_cast<std::int64_t>(std::floor(box.br().x / spacing));
     const auto last_y = static_cast<std::int64_t>(std::floor(box.br().y / spacing));
@@ -65,7 +70,7 @@ std::vector<ExposureObservation> ObserveExposure(const std::vector<ViewPlacement
         const cv::Point2d pixel =
             rho > 0 ? views[k].ToPixel(at.x, at.y, rho) : views[k].ToPixel(at.x, at.y);
         if (rho > 0 && !heights.Sees(views[k], at, rho)) continue;
-        const std::optional<double> grey = FlatPatchMean(image, pixel);
+        const std::optional<double> grey = FlatPatchMean(image, noise_power, pixel);
         if (!grey) continue;
         const int point = point_ids.try_emplace({x, y}, point_ids.size()).first->second;
         const cv::Point2d offset = pixel - centre;

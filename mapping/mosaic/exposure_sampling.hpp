@@ -11,8 +11,9 @@
 namespace ceilmap::mosaic {
 
 /// Observations of the brightness of a lattice of ceiling points in the images, for SolveExposure.
-/// A point counts where its patch in the image is flat: saturated (>= 250) and dark (<= 3) pixels
-/// give no ratio, and at an edge a small error of the pose would be taken for one of the exposure.
+/// A point counts where its patch in the image is flat but for the image's noise: saturated (>=
+/// 250) and dark (<= 3) pixels give no ratio, and at an edge a small error of the pose would be
+/// taken for one of the exposure.
 ///
 /// Views that do not see the point, because a nearer surface hides it, are left out.
 ///

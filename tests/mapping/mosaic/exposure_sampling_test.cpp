@@ -49,5 +49,34 @@ TEST(ExposureSampling, ComparesTheSameSurface) {
   EXPECT_GT(MixedOf(drive, HeightMap()).first, 10);
 }
 
+// In dim light the noise of each pixel exceeds the contrast that a flat patch may have.
+TEST(ExposureSampling, NoiseIsNoContrast) {
+  const two_planes::Drive drive = two_planes::Rows();
+  cv::RNG rng(3);
+  const auto count = [&](double noise, bool edges) {
+    return ObserveExposure(drive.views,
+                           two_planes::kViewSize,
+                           two_planes::kUnitsPerPx,
+                           HeightMap(),
+                           {},
+                           [&](std::size_t /*k*/) {
+                             cv::Mat image(two_planes::kViewSize, CV_16SC1, cv::Scalar(60));
+                             for (int u = 0; edges && u < image.cols; u += 10) {
+                               image.colRange(u, std::min(u + 5, image.cols)) = 90;
+                             }
+                             cv::Mat random(image.size(), CV_16SC1);
+                             rng.fill(random, cv::RNG::NORMAL, 0, noise);
+                             image += random;
+                             image.convertTo(image, CV_8U);
+                             return image;
+                           })
+        .size();
+  };
+  const std::size_t all = count(0, false);
+  EXPECT_GT(all, 1000U);
+  EXPECT_GT(count(8, false), 0.9 * static_cast<double>(all));
+  EXPECT_LT(count(8, true), 0.05 * static_cast<double>(all));
+}
+
 }  // namespace
 }  // namespace ceilmap::mosaic
