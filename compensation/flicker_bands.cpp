@@ -24,19 +24,38 @@ constexpr double kMaxPauseS = 1;  // between two images
 constexpr float kDark = 10;
 constexpr float kBright = 235;
 
-/// What the rows of a band become. Saturated pixels remain: their brightness is not known.
-std::array<std::uint8_t, 256> TableOf(double factor) {
+constexpr int kParts = 256;  // of a grey level
+
+/// What the rows of a band become, in parts of a grey level. Saturated pixels remain: their
+/// brightness is not known.
+std::array<std::uint16_t, 256> TableOf(double factor) {
   constexpr double kSaturationStart = 240;
   constexpr double kSaturationEnd = 252;
-  std::array<std::uint8_t, 256> table{};
+  std::array<std::uint16_t, 256> table{};
   for (int grey = 1; grey < 256; ++grey) {
     const double saturated =
         std::clamp((grey - kSaturationStart) / (kSaturationEnd - kSaturationStart), 0.0, 1.0);
     const double level = grey * (factor + saturated * (1 - factor));
     table[static_cast<std::size_t>(grey)] =
-        static_cast<std::uint8_t>(std::clamp(std::lround(level), 1L, 255L));
+        static_cast<std::uint16_t>(std::clamp(std::lround(kParts * level), 256L, 255L * kParts));
   }
   return table;
+}
+
+/// Rounds up or down at random, in the mean to the level of the table. Without that, all pixels of
+/// a row would be rounded alike, because those of the image are whole grey levels already: the
+/// bands would become steps of one grey level.
+void LevelRow(const std::array<std::uint16_t, 256>& table,
+              std::uint32_t random,
+              const cv::Mat& raw,
+              int v,
+              cv::Mat& even) {
+  const auto* in = raw.ptr<std::uint8_t>(v);
+  auto* out = even.ptr<std::uint8_t>(v);
+  for (int u = 0; u < raw.cols; ++u) {
+    random = random * 1664525U + 1013904223U;  // Numerical Recipes
+    out[u] = static_cast<std::uint8_t>((table[in[u]] + (random >> 24U)) / kParts);
+  }
 }
 
 /// The motion of a robot with a constant velocity.
@@ -154,13 +173,11 @@ cv::Mat FlickerBands::Remove(const cv::Mat& raw, double stamp_s) {
   waiting_.push_back({stamp_s, Reduce(raw), {}});
   if (waiting_.size() > kMaxWaiting) waiting_.pop_front();
   if (!found_) return raw;
+  ++removed_;
   cv::Mat even(raw.size(), CV_8UC1);
   for (int v = 0; v < raw.rows; ++v) {
-    const std::array<std::uint8_t, 256> table =
-        TableOf(std::exp(-found_->LogGain(stamp_s + RowTime(v))));
-    const auto* in = raw.ptr<std::uint8_t>(v);
-    auto* out = even.ptr<std::uint8_t>(v);
-    for (int u = 0; u < raw.cols; ++u) out[u] = table[in[u]];
+    const auto seed = static_cast<std::uint32_t>(v) * 2654435761U + removed_ * 40503U;
+    LevelRow(TableOf(std::exp(-found_->LogGain(stamp_s + RowTime(v)))), seed, raw, v, even);
   }
   return even;
 }

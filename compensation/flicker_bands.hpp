@@ -69,6 +69,7 @@ class FlickerBands {
   std::vector<Eigen::Vector2d> lattice_;  // pixels of the view
   BandFit fit_;
   std::optional<Bands> found_;
+  std::uint32_t removed_ = 0;        // images, the seed of their rounding
   std::deque<Seen> waiting_;         // without a pose yet
   std::deque<Seen> placed_;          // the latest last
   std::optional<Pose2> T_map_base_;  // of the last image, where known

@@ -120,6 +120,29 @@ TEST(FlickerBands, SteadyLightIsNotTouched) {
   EXPECT_FALSE(drive.bands.Found().has_value());
 }
 
+// A weak band must not become steps of whole grey levels.
+TEST(FlickerBands, WeakBandsAreRemovedToAPartOfAGreyLevel) {
+  simulator::Scene scene = FlickeringRoom();
+  scene.image.flicker_depth = 0.03;
+  Drive drive(scene);
+  for (const simulator::Frame& frame : drive.frames) {
+    drive.bands.Remove(drive.renderer.Render(frame), frame.stamp_s);
+    drive.bands.Place(frame.stamp_s, Drive::PoseOf(frame));
+  }
+  ASSERT_TRUE(drive.bands.Found().has_value());
+  const double stamp_s = drive.frames.back().stamp_s + 0.1;
+  const cv::Mat flat(240, 320, CV_8UC1, cv::Scalar(150));
+  const cv::Mat even = drive.bands.Remove(flat, stamp_s);
+  double strongest = 0;
+  for (int v = 0; v < 240; ++v) {
+    const double time_s = stamp_s + 0.025 * (v / 239.0 - 0.5);
+    const double wanted = 150 * std::exp(-drive.bands.Found()->LogGain(time_s));
+    EXPECT_NEAR(cv::mean(even.row(v))[0], wanted, 0.15) << v;
+    strongest = std::max(strongest, std::abs(wanted - 150));
+  }
+  EXPECT_GT(strongest, 0.8);
+}
+
 TEST(FlickerBands, ImagesMayBePlacedLater) {
   const simulator::Scene scene = FlickeringRoom();
   Drive at_once(scene);
