@@ -16,7 +16,7 @@ constexpr double kReadoutS = 0.025;
 /// another gain each; every fifth point is another one than in the image before.
 struct Recording {
   double frequency_hz = 100;
-  double amplitude = 0.02;
+  double amplitude = 0.04;
   double frame_s = 0.1;
   double travel_rows = 0.15;  // between two images, of the image's height
   double noise = 0.02;
@@ -90,6 +90,15 @@ TEST(BandFit, FollowsALampThatIsSwitchedOn) {
   for (int i = 60; i < 120; ++i) recording.Add(i, fit);
   ASSERT_TRUE(fit.Solve().has_value());
   EXPECT_LT(recording.ErrorIn(120, *fit.Solve()), 0.005);
+}
+
+TEST(BandFit, LeavesWeakBandsButKeepsThoseItKnows) {
+  Recording recording{.frequency_hz = 100.05, .amplitude = 0.014};
+  BandFit fit;
+  for (int i = 1; i < 60; ++i) recording.Add(i, fit);
+  EXPECT_FALSE(fit.Solve(false).has_value());
+  ASSERT_TRUE(fit.Solve(true).has_value());
+  EXPECT_LT(recording.ErrorIn(60, *fit.Solve(true)), 0.003);
 }
 
 TEST(BandFit, FindsNoneWhereThereAreNone) {

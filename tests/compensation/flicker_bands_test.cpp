@@ -123,7 +123,7 @@ TEST(FlickerBands, SteadyLightIsNotTouched) {
 // A weak band must not become steps of whole grey levels.
 TEST(FlickerBands, WeakBandsAreRemovedToAPartOfAGreyLevel) {
   simulator::Scene scene = FlickeringRoom();
-  scene.image.flicker_depth = 0.03;
+  scene.image.flicker_depth = 0.08;
   Drive drive(scene);
   for (const simulator::Frame& frame : drive.frames) {
     drive.bands.Remove(drive.renderer.Render(frame), frame.stamp_s);
