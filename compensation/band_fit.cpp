@@ -26,8 +26,8 @@ constexpr double kCommonSigma = 0.003;
 // Bands are removed once the standard deviation is below this part of their amplitude: a wrong
 // frequency within the first images changes it by a multiple of that.
 constexpr double kMaxSigmaRatio = 0.03;
-// Weaker bands are left to the mosaic: bands of 0.014, in a room with weak plaster and a turning
-// fan, made the poses neither better nor worse when they were removed (mean of six starts).
+// Weaker bands are left to the mosaic: the removal of bands of 0.014, in a room with weak plaster
+// and a turning fan, did not make the poses better.
 constexpr double kMinAmplitude = 0.02;
 // Bands that explain less of what changes between images are not removed. Without flicker, depth
 // and moving things look like bands that explain 0.5 %; bands of 0.014 explained 2 to 20 %, bands
