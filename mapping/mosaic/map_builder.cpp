@@ -13,6 +13,7 @@ store::MosaicGrid WriteMap(const graph::MapGraph& graph,
       metadata,
       [&writer](std::int64_t id) { return writer.ReadImage(id); },
       mosaic);
+  writer.WriteLeftOut(renderer.LeftOutPlaces());
   writer.WriteMosaic(
       renderer.Grid(),
       [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
