@@ -19,9 +19,11 @@ constexpr int kMinSlopeCells = 4;    // measured ones
 constexpr double kNoiseOfSlope = 6;  // px, regularizes the slope where few cells are measured
 /// A ray ends before a place if its ratio is larger by this part.
 constexpr float kRayEnds = 0.05F;
+/// A measured cell counts within this distance, steps of its field.
+constexpr double kReachSteps = 1.2;
 constexpr int kMaxKeyframes = 3;  // more that agree do not make a place more certain
 /// A ray that ends before a place is half as much evidence as one that ends there.
-constexpr float kBlockedWeight = 0.5F;
+constexpr float kBlockedWeight = 0.25F;
 constexpr double kSmoothing = 2;        // standard deviation, cells
 constexpr float kEnoughSupport = 0.5F;  // keyframes, after smoothing
 // Parts of the height of the reference plane above the camera.
@@ -126,7 +128,8 @@ void MarkSurfaces(const heights::HeightField& field,
       if (!IsSeenFromBelow(field, {col, row}, metadata.view_principal_px)) continue;
       const Eigen::Vector2d at = field.Centre(i);
       const cv::Point2d place = view.ToMap(centre.x + at.x(), centre.y + at.y(), cell.rho);
-      const double reach = 0.5 * step / cell.rho;
+      // Cells of the raster whose centres are within the reach.
+      const double reach = kReachSteps * step / cell.rho - 0.5 * grid.resolution;
       const cv::Rect2d box(place.x - reach, place.y - reach, 2 * reach, 2 * reach);
       marks(CellsIn(grid, box)).setTo(1);
     }

@@ -27,7 +27,11 @@ constexpr float kMinWeight = 0.1F;
 constexpr double kAccurate = 0.01;  // standard deviation of a vote of weight 1
 /// A surface hides a place if its ratio is larger than that of the ray by this part.
 constexpr float kNearer = 0.05F;
-constexpr int kFillReach = 5;  // widest gap that is filled, cells from its border
+constexpr int kFillReach = 5;      // widest gap that is filled, cells from its border
+constexpr int kRefutedReach = 16;  // the same where a surface was refuted
+/// A surface is refuted if fewer of the images of the place confirm it, and there are so many.
+constexpr double kFewConfirm = 0.15;
+constexpr int kManyImages = 8;
 
 std::int64_t SquareKey(int x, int y) {
   return std::int64_t{y} * (std::int64_t{1} << 32) + x;
@@ -125,31 +129,40 @@ float Elect(std::vector<Opinion>& opinions) {
   return opinions[best].rho;
 }
 
-/// Cells that are not known get the ratio of a known surface near them: of several the farther one,
-/// because the gap is what the nearer one hides from most images.
-void FillGaps(cv::Mat& rho) {
+/// The ratio of a known surface near a cell: of several the farther one, because a gap is what the
+/// nearer one hides from most images. 0: there is none.
+float FartherNear(const cv::Mat& rho, const cv::Point& cell, int reach, std::vector<float>& known) {
   constexpr double kFarther = 0.2;  // quantile
-  const cv::Mat before = rho.clone();
-  std::vector<float> known;
-  for (int row = 0; row < rho.rows; ++row) {
-    for (int col = 0; col < rho.cols; ++col) {
-      if (before.at<float>(row, col) > 0) continue;
-      known.clear();
-      for (int r = std::max(0, row - kFillReach); r <= std::min(rho.rows - 1, row + kFillReach);
-           ++r) {
-        const auto* values = before.ptr<float>(r);
-        for (int c = std::max(0, col - kFillReach); c <= std::min(rho.cols - 1, col + kFillReach);
-             ++c) {
-          if (values[c] > 0) known.push_back(values[c]);
-        }
-      }
-      if (known.empty()) continue;
-      const auto farther =
-          known.begin() + static_cast<std::ptrdiff_t>(kFarther * static_cast<double>(known.size()));
-      std::nth_element(known.begin(), farther, known.end());
-      rho.at<float>(row, col) = *farther;
+  known.clear();
+  for (int row = cell.y - reach; row <= cell.y + reach; ++row) {
+    const auto* values = rho.ptr<float>(row);
+    for (int col = cell.x - reach; col <= cell.x + reach; ++col) {
+      if (values[col] > 0) known.push_back(values[col]);
     }
   }
+  if (known.empty()) return 0;
+  const auto farther =
+      known.begin() + static_cast<std::ptrdiff_t>(kFarther * static_cast<double>(known.size()));
+  std::nth_element(known.begin(), farther, known.end());
+  return *farther;
+}
+
+/// Fills cells that are not known, and those that were refuted (< 0) in a wider reach: nothing
+/// hides what is around them. @param before  with kRefutedReach more cells than the result on each
+/// side.
+cv::Mat FillGaps(const cv::Mat& before) {
+  cv::Mat rho(kSquare, kSquare, CV_32FC1);
+  std::vector<float> known;
+  for (int row = 0; row < kSquare; ++row) {
+    for (int col = 0; col < kSquare; ++col) {
+      const cv::Point at(col + kRefutedReach, row + kRefutedReach);
+      const float here = before.at<float>(at);
+      const float filled =
+          here > 0 ? here : FartherNear(before, at, here < 0 ? kRefutedReach : kFillReach, known);
+      rho.at<float>(row, col) = filled > 0 ? filled : std::abs(here);
+    }
+  }
+  return rho;
 }
 
 /// Calls visit(col, row, weight) for each pixel of the window that a vote reaches.
@@ -187,14 +200,6 @@ cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
   cv::Mat rho(window.size(), CV_32FC1);
   std::transform(opinions.begin(), opinions.end(), rho.begin<float>(), Elect);
   return rho;
-}
-
-/// One square of the raster. Its values do not depend on the others.
-cv::Mat MakeSquare(const Votes& votes, const cv::Point& first) {
-  constexpr int kWide = kSquare + 2 * kFillReach;
-  cv::Mat rho = ElectAll(votes, {first.x - kFillReach, first.y - kFillReach, kWide, kWide});
-  FillGaps(rho);
-  return rho(cv::Rect(kFillReach, kFillReach, kSquare, kSquare)).clone();
 }
 
 /// Smallest distance of the cells of the height fields, map units; 0: there are none.
@@ -267,9 +272,75 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
                    for (int u = x - 1; u <= x + 1; ++u) squares_[SquareKey(u, v)];
                  }
                });
-  ForEachSquare(
-      threads, [&](const cv::Point& first, cv::Mat& square) { square = MakeSquare(votes, first); });
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    square = ElectAll(votes, {first.x, first.y, kSquare, kSquare});
+  });
   FindRange();
+  Refute(keyframes, metadata, threads);
+  FillAll(threads);
+  FindRange();
+}
+
+/// Refutes surfaces through which more keyframes see something behind than confirm them, and those
+/// that few confirm: what moves (a fan), and wrong measurements. Their ratios become negative.
+void HeightMap::Refute(const std::vector<graph::Keyframe>& keyframes,
+                       const store::MapMetadata& metadata,
+                       int threads) {
+  const std::vector<ViewPlacement> views = PlaceViews(keyframes, metadata);
+  const cv::Point2d centre((metadata.view_size.width - 1) / 2.0,
+                           (metadata.view_size.height - 1) / 2.0);
+  std::vector<cv::Rect2d> bounds;
+  bounds.reserve(views.size());
+  for (const ViewPlacement& view : views) {
+    bounds.push_back(view.Bounds(range_[0]) | view.Bounds(range_[1]));
+  }
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    const cv::Rect2d box(grid_.min_x + first.x * grid_.resolution,
+                         grid_.max_y - (first.y + kSquare) * grid_.resolution,
+                         kSquare * grid_.resolution,
+                         kSquare * grid_.resolution);
+    // Images of the place; those that confirm the surface, and those that see through it.
+    cv::Mat_<cv::Vec3i> counts(kSquare, kSquare, cv::Vec3i());
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      if (!keyframes[k].heights || (bounds[k] & box).empty()) continue;
+      const heights::HeightField& field = *keyframes[k].heights;
+      for (int row = 0; row < kSquare; ++row) {
+        const double y = grid_.max_y - (first.y + row + 0.5) * grid_.resolution;
+        for (int col = 0; col < kSquare; ++col) {
+          const float rho = square.at<float>(row, col);
+          if (rho <= 0) continue;
+          const double x = grid_.min_x + (first.x + col + 0.5) * grid_.resolution;
+          const cv::Point2d at = views[k].ToPixel(x, y, rho) - centre;
+          const auto cell = field.CellAt({at.x, at.y});
+          if (!cell) continue;
+          cv::Vec3i& count = counts(row, col);
+          ++count[0];
+          if (!(field.cells[*cell].sigma < heights::kMeasuredSigma)) continue;
+          const float ratio = field.cells[*cell].rho / rho;
+          if (ratio < 1 + kNearer) ++count[ratio < 1 - kNearer ? 2 : 1];
+        }
+      }
+    }
+    std::transform(square.begin<float>(),
+                   square.end<float>(),
+                   counts.begin(),
+                   square.begin<float>(),
+                   [](float rho, const cv::Vec3i& count) {
+                     const bool few = count[0] >= kManyImages && count[1] < kFewConfirm * count[0];
+                     return few || count[2] > count[1] ? -rho : rho;
+                   });
+  });
+}
+
+/// Fills small gaps in all squares.
+void HeightMap::FillAll(int threads) {
+  auto filled = squares_;
+  constexpr int kWide = kSquare + 2 * kRefutedReach;
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& /*square*/) {
+    filled.at(SquareKey(SquareOf(first.x), SquareOf(first.y))) =
+        FillGaps(Ratios({first.x - kRefutedReach, first.y - kRefutedReach, kWide, kWide}));
+  });
+  squares_ = std::move(filled);
 }
 
 template <typename Work>

@@ -17,7 +17,9 @@ namespace ceilmap::mosaic {
 ///
 /// Each measured cell of a keyframe votes at the place in the map where its point is. The value of
 /// a place is the median of the votes for one surface: the nearest (largest rho) among those with
-/// at least a third of the votes of the most frequent one. Small gaps get the value of their
+/// at least a third of the votes of the most frequent one. Where more keyframes see through that
+/// surface, to something behind it, than confirm it, there is none: a fan that turns, or a wrong
+/// measurement; nor where almost none of many images confirm it. Small gaps get the value of their
 /// neighbours.
 class HeightMap {
  public:
@@ -52,6 +54,10 @@ class HeightMap {
   /// Calls work(square's first pixel, square) for all squares, in threads.
   template <typename Work>
   void ForEachSquare(int threads, const Work& work);
+  void Refute(const std::vector<graph::Keyframe>& keyframes,
+              const store::MapMetadata& metadata,
+              int threads);
+  void FillAll(int threads);
   void FindRange();
 
   store::MosaicGrid grid_;
