@@ -24,19 +24,22 @@ constexpr double kReachSteps = 1.2;
 constexpr int kMaxKeyframes = 3;  // more that agree do not make a place more certain
 /// A ray that ends before a place is half as much evidence as one that ends there.
 constexpr float kBlockedWeight = 0.25F;
+constexpr int kMovingReach = 5;         // cells of which most move
 constexpr double kSmoothing = 2;        // standard deviation, cells
 constexpr float kEnoughSupport = 0.5F;  // keyframes, after smoothing
 // Parts of the height of the reference plane above the camera.
 constexpr double kGap = 0.25;           // half the width of a gap in the measurements
 constexpr double kIsland = 0.3;         // side of the smallest part of the ceiling
 constexpr double kHole = 0.5;           // side of the largest hole that is filled
-constexpr double kPlaneReach = 1;       // of an image without heights: 45 degrees from the vertical
+constexpr double kPlaneReach = 0.7;     // of an image without heights: 35 degrees from the vertical
+constexpr double kMovingArea = 0.01;    // smallest thing that moves, parts of its square
 constexpr double kUnknownFocal = 0.75;  // parts of an image's longer side
 
 /// What the keyframes tell about the cells of a raster.
 struct Evidence {
   cv::Mat_<unsigned char> seen;     // any image shows the place on the reference plane
   cv::Mat_<unsigned char> support;  // keyframes that measured a surface from below
+  cv::Mat_<unsigned char> plane;    // any image without heights shows it steeply
   cv::Mat_<unsigned char> blocked;  // keyframes whose rays end before the place
 };
 
@@ -143,8 +146,7 @@ void MarkView(const graph::Keyframe& keyframe,
               const store::MapMetadata& metadata,
               const HeightMap& heights,
               const store::MosaicGrid& grid,
-              Evidence& evidence,
-              cv::Mat_<unsigned char>& marks) {
+              Evidence& evidence) {
   const cv::Rect box = CellsIn(grid, view.Bounds());
   const double max_u = metadata.view_size.width - 0.5;
   const double max_v = metadata.view_size.height - 0.5;
@@ -163,7 +165,7 @@ void MarkView(const graph::Keyframe& keyframe,
       }
       evidence.seen(row, col) = 1;
       if (!keyframe.heights) {
-        if (cv::norm(pixel - view.Principal()) <= plane_reach) marks(row, col) = 1;
+        if (cv::norm(pixel - view.Principal()) <= plane_reach) evidence.plane(row, col) = 1;
         continue;
       }
       const float rho = std::max(heights.RatioAt(x, y), 1.0F);
@@ -185,13 +187,15 @@ Evidence Gather(const std::vector<graph::Keyframe>& keyframes,
                 const store::MosaicGrid& grid) {
   const cv::Size size(grid.width_px, grid.height_px);
   Evidence evidence;
-  for (cv::Mat_<unsigned char>* raster : {&evidence.seen, &evidence.support, &evidence.blocked}) {
+  for (cv::Mat_<unsigned char>* raster :
+       {&evidence.seen, &evidence.support, &evidence.plane, &evidence.blocked}) {
     *raster = cv::Mat_<unsigned char>::zeros(size);
   }
   cv::Mat_<unsigned char> marks = cv::Mat_<unsigned char>::zeros(size);
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    MarkView(keyframes[k], views[k], metadata, heights, grid, evidence, marks);
-    if (keyframes[k].heights) MarkSurfaces(*keyframes[k].heights, views[k], metadata, grid, marks);
+    MarkView(keyframes[k], views[k], metadata, heights, grid, evidence);
+    if (!keyframes[k].heights) continue;
+    MarkSurfaces(*keyframes[k].heights, views[k], metadata, grid, marks);
     // What is measured from a view is inside of its image, or nearer to its foot.
     const cv::Rect box = CellsIn(grid, views[k].Bounds() | views[k].Bounds(0.5));
     cv::Mat support = evidence.support(box);
@@ -245,6 +249,7 @@ cv::Mat Close(const cv::Mat& mask, double radius) {
 cv::Mat Decide(const Evidence& evidence, double height_cells) {
   cv::Mat votes;
   evidence.support.convertTo(votes, CV_32F);
+  votes.setTo(1, (evidence.plane != 0) & (evidence.support == 0) & (evidence.blocked == 0));
   cv::Mat against;
   evidence.blocked.convertTo(against, CV_32F, kBlockedWeight);
   against.setTo(0, evidence.support);
@@ -291,6 +296,7 @@ CeilingExtent::CeilingExtent(const std::vector<graph::Keyframe>& keyframes,
                              const HeightMap& heights) {
   if (heights.empty()) return;
   const std::vector<ViewPlacement> views = PlaceViews(keyframes, metadata);
+  reference_height_ = ReferenceHeight(metadata);
   grid_ = RasterOver(views, heights.Grid().resolution);
   const Evidence evidence = Gather(keyframes, views, metadata, heights, grid_);
   const cv::Mat mask = Decide(evidence, ReferenceHeight(metadata) / grid_.resolution);
@@ -301,6 +307,27 @@ CeilingExtent::CeilingExtent(const std::vector<graph::Keyframe>& keyframes,
   const cv::Mat left_out = (evidence.seen != 0) & ~mask;
   if (cv::countNonZero(left_out) > 0) left_out_.push_back(OutlinesOf(left_out, grid_));
   cv::GaussianBlur(mask, inside_, {}, 1, 1, cv::BORDER_CONSTANT);
+}
+
+void CeilingExtent::AddMoving(const std::vector<cv::Point2d>& places, double spacing) {
+  if (empty()) return;
+  cv::Mat mask(inside_.size(), CV_8UC1, cv::Scalar(0));
+  for (const cv::Point2d& at : places) {
+    const cv::Rect2d box(at.x - spacing / 2, at.y - spacing / 2, spacing, spacing);
+    mask(CellsIn(grid_, box)).setTo(255);
+  }
+  mask.setTo(0, inside_ < 128);
+  // What moves covers an area; single cells are wrong measurements.
+  cv::Mat dense;
+  cv::boxFilter(mask, dense, -1, {kMovingReach, kMovingReach}, {-1, -1}, true, cv::BORDER_CONSTANT);
+  mask = dense > 127;
+  RemoveSmall(
+      kMovingArea / (grid_.resolution * grid_.resolution) * reference_height_ * reference_height_,
+      false,
+      mask);
+  if (cv::countNonZero(mask) == 0) return;
+  left_out_.push_back(OutlinesOf(mask, grid_));
+  left_out_.back().kind = store::LeftOut::Kind::kMoves;
 }
 
 cv::Rect2d CeilingExtent::Bounds() const {

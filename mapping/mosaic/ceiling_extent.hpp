@@ -34,12 +34,17 @@ class CeilingExtent {
   /// CV_8UC1, 255 at the centres of the pixels of a grid that are ceiling, else 0; no matrix where
   /// empty. The value of a place does not depend on the window. Thread-safe.
   [[nodiscard]] cv::Mat Over(const cv::Rect& window, const store::MosaicGrid& grid) const;
-  /// What images see of the reference plane but is not ceiling: walls and things below hide it.
+  /// Adds places where something moves to LeftOutPlaces: those with most of their neighbours among
+  /// them. They remain ceiling. @param spacing  of the places, map units.
+  void AddMoving(const std::vector<cv::Point2d>& places, double spacing);
+  /// What images see of the reference plane but is not ceiling, because walls and things below hide
+  /// it; and where something moves.
   [[nodiscard]] const std::vector<store::LeftOut>& LeftOutPlaces() const { return left_out_; }
 
  private:
   store::MosaicGrid grid_;
-  cv::Mat inside_;  // CV_8UC1 on grid_: from 128 on the place is ceiling
+  double reference_height_ = 0;  // of the reference plane above the camera, map units
+  cv::Mat inside_;               // CV_8UC1 on grid_: from 128 on the place is ceiling
   std::vector<store::LeftOut> left_out_;
 };
 

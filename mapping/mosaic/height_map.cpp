@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <thread>
 
 #include "calib/base/parallel.hpp"
@@ -32,6 +33,7 @@ constexpr int kRefutedReach = 16;  // the same where a surface was refuted
 /// A surface is refuted if fewer of the images of the place confirm it, and there are so many.
 constexpr double kFewConfirm = 0.15;
 constexpr int kManyImages = 8;
+constexpr double kAgree = 0.75;  // part of the images that agree on a surface
 
 std::int64_t SquareKey(int x, int y) {
   return std::int64_t{y} * (std::int64_t{1} << 32) + x;
@@ -276,16 +278,32 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
     square = ElectAll(votes, {first.x, first.y, kSquare, kSquare});
   });
   FindRange();
-  Refute(keyframes, metadata, threads);
+  ForEachCounted(
+      keyframes,
+      metadata,
+      threads,
+      [](const cv::Point& /*first*/, cv::Mat& square, const cv::Mat_<cv::Vec3i>& counts) {
+        std::transform(
+            square.begin<float>(),
+            square.end<float>(),
+            counts.begin(),
+            square.begin<float>(),
+            [](float rho, const cv::Vec3i& count) { return count[2] > count[1] ? -rho : rho; });
+      });
   FillAll(threads);
   FindRange();
 }
 
-/// Refutes surfaces through which more keyframes see something behind than confirm them, and those
-/// that few confirm: what moves (a fan), and wrong measurements. Their ratios become negative.
-void HeightMap::Refute(const std::vector<graph::Keyframe>& keyframes,
-                       const store::MapMetadata& metadata,
-                       int threads) {
+cv::Point2d HeightMap::PlaceOf(int col, int row) const {
+  return {grid_.min_x + (col + 0.5) * grid_.resolution,
+          grid_.max_y - (row + 0.5) * grid_.resolution};
+}
+
+template <typename Work>
+void HeightMap::ForEachCounted(const std::vector<graph::Keyframe>& keyframes,
+                               const store::MapMetadata& metadata,
+                               int threads,
+                               const Work& work) {
   const std::vector<ViewPlacement> views = PlaceViews(keyframes, metadata);
   const cv::Point2d centre((metadata.view_size.width - 1) / 2.0,
                            (metadata.view_size.height - 1) / 2.0);
@@ -299,18 +317,16 @@ void HeightMap::Refute(const std::vector<graph::Keyframe>& keyframes,
                          grid_.max_y - (first.y + kSquare) * grid_.resolution,
                          kSquare * grid_.resolution,
                          kSquare * grid_.resolution);
-    // Images of the place; those that confirm the surface, and those that see through it.
     cv::Mat_<cv::Vec3i> counts(kSquare, kSquare, cv::Vec3i());
     for (std::size_t k = 0; k < views.size(); ++k) {
       if (!keyframes[k].heights || (bounds[k] & box).empty()) continue;
       const heights::HeightField& field = *keyframes[k].heights;
       for (int row = 0; row < kSquare; ++row) {
-        const double y = grid_.max_y - (first.y + row + 0.5) * grid_.resolution;
         for (int col = 0; col < kSquare; ++col) {
           const float rho = square.at<float>(row, col);
           if (rho <= 0) continue;
-          const double x = grid_.min_x + (first.x + col + 0.5) * grid_.resolution;
-          const cv::Point2d at = views[k].ToPixel(x, y, rho) - centre;
+          const cv::Point2d place = PlaceOf(first.x + col, first.y + row);
+          const cv::Point2d at = views[k].ToPixel(place.x, place.y, rho) - centre;
           const auto cell = field.CellAt({at.x, at.y});
           if (!cell) continue;
           cv::Vec3i& count = counts(row, col);
@@ -321,14 +337,7 @@ void HeightMap::Refute(const std::vector<graph::Keyframe>& keyframes,
         }
       }
     }
-    std::transform(square.begin<float>(),
-                   square.end<float>(),
-                   counts.begin(),
-                   square.begin<float>(),
-                   [](float rho, const cv::Vec3i& count) {
-                     const bool few = count[0] >= kManyImages && count[1] < kFewConfirm * count[0];
-                     return few || count[2] > count[1] ? -rho : rho;
-                   });
+    work(first, square, counts);
   });
 }
 
@@ -365,6 +374,54 @@ void HeightMap::FindRange() {
       first = false;
     }
   }
+}
+
+std::vector<cv::Point2d> HeightMap::Settle(const std::vector<graph::Keyframe>& keyframes,
+                                           const store::MapMetadata& metadata,
+                                           const AgreementAt& agreement,
+                                           int threads) {
+  const auto before = squares_;
+  ForEachCounted(keyframes,
+                 metadata,
+                 threads,
+                 [&](const cv::Point& first, cv::Mat& square, const cv::Mat_<cv::Vec3i>& counts) {
+                   square = square.clone();  // `before` shares the old one
+                   for (int row = 0; row < kSquare; ++row) {
+                     for (int col = 0; col < kSquare; ++col) {
+                       const cv::Vec3i& count = counts(row, col);
+                       if (count[0] < kManyImages || count[1] >= kFewConfirm * count[0]) continue;
+                       float& rho = square.at<float>(row, col);
+                       if (agreement(PlaceOf(first.x + col, first.y + row), rho) < kAgree)
+                         rho = -rho;
+                     }
+                   }
+                 });
+  const auto refuted = squares_;
+  FillAll(threads);
+  std::vector<cv::Point2d> changed;
+  std::mutex mutex;
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    const std::int64_t key = SquareKey(SquareOf(first.x), SquareOf(first.y));
+    const cv::Mat& old = before.at(key);
+    for (int row = 0; row < kSquare; ++row) {
+      for (int col = 0; col < kSquare; ++col) {
+        if (refuted.at(key).at<float>(row, col) >= 0) {
+          square.at<float>(row, col) = old.at<float>(row, col);
+          continue;
+        }
+        const cv::Point2d place = PlaceOf(first.x + col, first.y + row);
+        float& rho = square.at<float>(row, col);
+        if (agreement(place, rho) < agreement(place, old.at<float>(row, col))) {
+          rho = old.at<float>(row, col);
+        } else {
+          const std::lock_guard lock(mutex);
+          changed.push_back(place);
+        }
+      }
+    }
+  });
+  FindRange();
+  return changed;
 }
 
 float HeightMap::At(int col, int row) const {

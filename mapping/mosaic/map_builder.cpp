@@ -2,11 +2,11 @@
 
 namespace ceilmap::mosaic {
 
-store::MosaicGrid WriteMap(const graph::MapGraph& graph,
-                           const store::MapMetadata& metadata,
-                           const MosaicParams& mosaic,
-                           store::MapWriter& writer,
-                           const std::function<void(int, int)>& progress) {
+WrittenMap WriteMap(const graph::MapGraph& graph,
+                    const store::MapMetadata& metadata,
+                    const MosaicParams& mosaic,
+                    store::MapWriter& writer,
+                    const std::function<void(int, int)>& progress) {
   writer.WriteGraph(graph);
   const MosaicRenderer renderer(
       graph.keyframes,
@@ -20,7 +20,7 @@ store::MosaicGrid WriteMap(const graph::MapGraph& graph,
         renderer.Render(window, grey, alpha);
       },
       progress);
-  return renderer.Grid();
+  return {renderer.Grid(), renderer.LeftOutPlaces()};
 }
 
 }  // namespace ceilmap::mosaic

@@ -114,6 +114,16 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
   MakeGrid();
   MakeIndex();
   Survey();
+  if (params.reject_outliers && !heights.empty()) {
+    const auto agreement = [this](const cv::Point2d& p_map, float rho) {
+      const cv::Point at(cvFloor((p_map.x - grid.min_x) / grid.resolution),
+                         cvFloor((grid.max_y - p_map.y) / grid.resolution));
+      if (at.x < 0 || at.y < 0) return 1.0;
+      return AgreementAt(p_map, rho, views, ViewsAt({at, cv::Size(1, 1)}), thumbnails);
+    };
+    ceiling.AddMoving(heights.Settle(keyframes, metadata, agreement, params.threads),
+                      heights.Grid().resolution);
+  }
 }
 
 /// The single pass over all images before rendering: exposure, sharpness, thumbnails.

@@ -120,6 +120,24 @@ float Agreement::At(int col, int row) const {
          fv * ((1 - fu) * bottom[0] + fu * bottom[1]);
 }
 
+double AgreementAt(const cv::Point2d& p_map,
+                   float rho,
+                   const std::vector<ViewPlacement>& views,
+                   const std::vector<int>& candidates,
+                   const Thumbnails& thumbnails) {
+  std::vector<float> seen;
+  for (const int k : candidates) {
+    const ViewPlacement& view = views[static_cast<std::size_t>(k)];
+    const float grey = thumbnails.At(k, view.ToPixel(p_map.x, p_map.y, rho));
+    if (grey >= 0) seen.push_back(grey);
+  }
+  if (seen.size() < kMinViews) return 1;
+  const float agreed = Agreed(seen);
+  const auto agree = std::count_if(
+      seen.begin(), seen.end(), [&](float grey) { return Factor(grey, agreed) == 1; });
+  return static_cast<double>(agree) / static_cast<double>(seen.size());
+}
+
 std::vector<Agreement> CompareViews(const cv::Rect& tile,
                                     const store::MosaicGrid& grid,
                                     const std::vector<ViewPlacement>& views,
