@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <opencv2/imgproc.hpp>
 #include <thread>
 
 #include "calib/base/parallel.hpp"
@@ -33,7 +34,8 @@ constexpr int kRefutedReach = 16;  // the same where a surface was refuted
 /// A surface is refuted if fewer of the images of the place confirm it, and there are so many.
 constexpr double kFewConfirm = 0.15;
 constexpr int kManyImages = 8;
-constexpr double kAgree = 0.75;  // part of the images that agree on a surface
+constexpr float kRefutedAround = 0.3F;  // part of the neighbours
+constexpr double kAgree = 0.75;         // part of the images that agree on a surface
 
 std::int64_t SquareKey(int x, int y) {
   return std::int64_t{y} * (std::int64_t{1} << 32) + x;
@@ -380,7 +382,7 @@ std::vector<cv::Point2d> HeightMap::Settle(const std::vector<graph::Keyframe>& k
                                            const store::MapMetadata& metadata,
                                            const AgreementAt& agreement,
                                            int threads) {
-  const auto before = squares_;
+  const Squares before = squares_;
   ForEachCounted(keyframes,
                  metadata,
                  threads,
@@ -396,32 +398,74 @@ std::vector<cv::Point2d> HeightMap::Settle(const std::vector<graph::Keyframe>& k
                      }
                    }
                  });
-  const auto refuted = squares_;
+  RefuteAround(agreement, threads);
+  return ReplaceRefuted(before, agreement, threads);
+}
+
+/// Refutes the surfaces among refuted ones on which the images do not agree: parts of the same
+/// moving thing that several keyframes happened to measure.
+void HeightMap::RefuteAround(const AgreementAt& agreement, int threads) {
+  const Squares first_pass = squares_;
+  constexpr int kReach = kFillReach;
+  constexpr int kWide = kSquare + 2 * kReach;
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    cv::Mat wide(kWide, kWide, CV_32FC1, cv::Scalar(0));
+    for (int row = 0; row < kWide; ++row) {
+      for (int col = 0; col < kWide; ++col) {
+        const cv::Point at(first.x + col - kReach, first.y + row - kReach);
+        const auto found = first_pass.find(SquareKey(SquareOf(at.x), SquareOf(at.y)));
+        if (found == first_pass.end()) continue;
+        const cv::Point inner = at - kSquare * cv::Point(SquareOf(at.x), SquareOf(at.y));
+        wide.at<float>(row, col) = found->second.at<float>(inner) < 0 ? 1.0F : 0.0F;
+      }
+    }
+    cv::Mat parts;
+    cv::boxFilter(wide, parts, -1, {2 * kReach + 1, 2 * kReach + 1});
+    square = square.clone();
+    for (int row = 0; row < kSquare; ++row) {
+      for (int col = 0; col < kSquare; ++col) {
+        float& rho = square.at<float>(row, col);
+        if (rho <= 0 || parts.at<float>(row + kReach, col + kReach) < kRefutedAround) continue;
+        if (agreement(PlaceOf(first.x + col, first.y + row), rho) < kAgree) rho = -rho;
+      }
+    }
+  });
+}
+
+/// Fills what is refuted, where the images agree at least as well on the result.
+/// @return the places that no surface explains.
+std::vector<cv::Point2d> HeightMap::ReplaceRefuted(const Squares& before,
+                                                   const AgreementAt& agreement,
+                                                   int threads) {
+  const Squares refuted = squares_;
   FillAll(threads);
-  std::vector<cv::Point2d> changed;
+  std::vector<cv::Point2d> moving;
   std::mutex mutex;
   ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
     const std::int64_t key = SquareKey(SquareOf(first.x), SquareOf(first.y));
     const cv::Mat& old = before.at(key);
+    const cv::Mat& flags = refuted.at(key);
     for (int row = 0; row < kSquare; ++row) {
       for (int col = 0; col < kSquare; ++col) {
-        if (refuted.at(key).at<float>(row, col) >= 0) {
-          square.at<float>(row, col) = old.at<float>(row, col);
-          continue;
-        }
         const cv::Point2d place = PlaceOf(first.x + col, first.y + row);
         float& rho = square.at<float>(row, col);
-        if (agreement(place, rho) < agreement(place, old.at<float>(row, col))) {
-          rho = old.at<float>(row, col);
-        } else {
-          const std::lock_guard lock(mutex);
-          changed.push_back(place);
+        const float old_rho = old.at<float>(row, col);
+        if (flags.at<float>(row, col) >= 0 || agreement(place, rho) < agreement(place, old_rho)) {
+          rho = old_rho;
+          continue;
         }
+        bool explained = false;
+        for (float r = range_[0]; r <= range_[1] && !explained; r *= 1 + kSameSurface) {
+          explained = agreement(place, r) >= kAgree;
+        }
+        if (explained) continue;
+        const std::lock_guard lock(mutex);
+        moving.push_back(place);
       }
     }
   });
   FindRange();
-  return changed;
+  return moving;
 }
 
 float HeightMap::At(int col, int row) const {

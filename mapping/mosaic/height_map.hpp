@@ -34,8 +34,9 @@ class HeightMap {
   using AgreementAt = std::function<double(const cv::Point2d& p_map, float rho)>;
   /// Compares the surfaces with the images. A surface that almost none of many keyframes confirm,
   /// and on which their images do not agree, is none where they agree as well on that around it:
-  /// something moves there.
-  /// @param agreement  called by several threads. @return the changed places, pixels of Grid().
+  /// something moves there, or the measurements are wrong.
+  /// @param agreement  called by several threads.
+  /// @return changed places, pixels of Grid(), that no surface explains: something moves there.
   std::vector<cv::Point2d> Settle(const std::vector<graph::Keyframe>& keyframes,
                                   const store::MapMetadata& metadata,
                                   const AgreementAt& agreement,
@@ -61,6 +62,8 @@ class HeightMap {
   [[nodiscard]] bool Sees(const ViewPlacement& view, const cv::Point2d& p_map, float rho) const;
 
  private:
+  using Squares = std::unordered_map<std::int64_t, cv::Mat>;  // CV_32FC1, parts of the raster
+
   [[nodiscard]] float At(int col, int row) const;
   /// Calls work(square's first pixel, square) for all squares, in threads.
   template <typename Work>
@@ -72,12 +75,16 @@ class HeightMap {
                       const store::MapMetadata& metadata,
                       int threads,
                       const Work& work);
+  void RefuteAround(const AgreementAt& agreement, int threads);
+  std::vector<cv::Point2d> ReplaceRefuted(const Squares& before,
+                                          const AgreementAt& agreement,
+                                          int threads);
   [[nodiscard]] cv::Point2d PlaceOf(int col, int row) const;
   void FillAll(int threads);
   void FindRange();
 
   store::MosaicGrid grid_;
-  std::unordered_map<std::int64_t, cv::Mat> squares_;  // CV_32FC1, parts of the raster
+  Squares squares_;
   cv::Vec2f range_{1, 1};
 };
 
