@@ -186,6 +186,22 @@ void ForEachReached(const Vote& vote, const cv::Rect& window, const Visit& visit
   }
 }
 
+/// Whether a measured cell of a field, or one beside it, has a ratio: a border may lie between
+/// them.
+bool Confirms(const heights::HeightField& field, std::size_t cell, float rho) {
+  const auto width = static_cast<std::size_t>(field.grid.width);
+  const std::size_t col = cell % width;
+  const std::size_t row = cell / width;
+  const std::size_t last_row = std::min<std::size_t>(row + 1, field.grid.height - 1);
+  for (std::size_t v = row - (row > 0 ? 1 : 0); v <= last_row; ++v) {
+    for (std::size_t u = col - (col > 0 ? 1 : 0); u <= std::min(col + 1, width - 1); ++u) {
+      const heights::HeightCell& at = field.cells[v * width + u];
+      if (at.sigma < heights::kMeasuredSigma && std::abs(at.rho - rho) < kNearer * rho) return true;
+    }
+  }
+  return false;
+}
+
 cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
   std::vector<std::vector<Opinion>> opinions(static_cast<std::size_t>(window.area()));
   constexpr int kFar = static_cast<int>(kMaxRadius) + 1;
@@ -333,9 +349,12 @@ void HeightMap::ForEachCounted(const std::vector<graph::Keyframe>& keyframes,
           if (!cell) continue;
           cv::Vec3i& count = counts(row, col);
           ++count[0];
-          if (!(field.cells[*cell].sigma < heights::kMeasuredSigma)) continue;
-          const float ratio = field.cells[*cell].rho / rho;
-          if (ratio < 1 + kNearer) ++count[ratio < 1 - kNearer ? 2 : 1];
+          if (Confirms(field, *cell, rho)) {
+            ++count[1];
+          } else if (field.cells[*cell].sigma < heights::kMeasuredSigma &&
+                     field.cells[*cell].rho < rho * (1 - kNearer)) {
+            ++count[2];
+          }
         }
       }
     }
@@ -432,7 +451,8 @@ void HeightMap::RefuteAround(const AgreementAt& agreement, int threads) {
   });
 }
 
-/// Fills what is refuted, where the images agree at least as well on the result.
+/// Fills what is refuted: where no surface explains the images, or the images agree at least as
+/// well on the result.
 /// @return the places that no surface explains.
 std::vector<cv::Point2d> HeightMap::ReplaceRefuted(const Squares& before,
                                                    const AgreementAt& agreement,
@@ -450,7 +470,7 @@ std::vector<cv::Point2d> HeightMap::ReplaceRefuted(const Squares& before,
         const cv::Point2d place = PlaceOf(first.x + col, first.y + row);
         float& rho = square.at<float>(row, col);
         const float old_rho = old.at<float>(row, col);
-        if (flags.at<float>(row, col) >= 0 || agreement(place, rho) < agreement(place, old_rho)) {
+        if (flags.at<float>(row, col) >= 0) {
           rho = old_rho;
           continue;
         }
@@ -458,7 +478,10 @@ std::vector<cv::Point2d> HeightMap::ReplaceRefuted(const Squares& before,
         for (float r = range_[0]; r <= range_[1] && !explained; r *= 1 + kSameSurface) {
           explained = agreement(place, r) >= kAgree;
         }
-        if (explained) continue;
+        if (explained) {
+          if (agreement(place, rho) < agreement(place, old_rho)) rho = old_rho;
+          continue;
+        }
         const std::lock_guard lock(mutex);
         moving.push_back(place);
       }
