@@ -18,12 +18,13 @@ constexpr int kSlopeReach = 3;       // cells of a height field, to each side
 constexpr int kMinSlopeCells = 4;    // measured ones
 constexpr double kNoiseOfSlope = 6;  // px, regularizes the slope where few cells are measured
 /// A ray ends before a place if its ratio is larger by this part.
-constexpr float kRayEnds = 0.05F;
+constexpr float kRayEnds = 0.03F;
 /// A measured cell counts within this distance, steps of its field.
 constexpr double kReachSteps = 1.2;
 constexpr int kMaxKeyframes = 3;  // more that agree do not make a place more certain
-/// A ray that ends before a place is half as much evidence as one that ends there.
-constexpr float kBlockedWeight = 0.25F;
+/// A ray that a vertical face ends before a place is more evidence than one that ends there: cells
+/// at the edge of a wall are seen as if they were behind it.
+constexpr float kBlockedWeight = 2;
 constexpr int kMovingReach = 5;         // cells of which most move
 constexpr double kSmoothing = 2;        // standard deviation, cells
 constexpr float kEnoughSupport = 0.5F;  // keyframes, after smoothing
@@ -40,7 +41,7 @@ struct Evidence {
   cv::Mat_<unsigned char> seen;     // any image shows the place on the reference plane
   cv::Mat_<unsigned char> support;  // keyframes that measured a surface from below
   cv::Mat_<unsigned char> plane;    // any image without heights shows it steeply
-  cv::Mat_<unsigned char> blocked;  // keyframes whose rays end before the place
+  cv::Mat_<unsigned char> blocked;  // keyframes whose rays end at a wall before the place
 };
 
 /// Height of the reference plane above the camera, map units.
@@ -114,8 +115,25 @@ bool IsSeenFromBelow(const heights::HeightField& field,
   return gradient.dot(at) <= kVertical * mean_rho;
 }
 
+/// What each cell of a height field shows.
+enum class Face : unsigned char { kUnknown, kFromBelow, kVertical };
+
+std::vector<Face> FacesOf(const heights::HeightField& field, const Eigen::Vector2d& principal_px) {
+  std::vector<Face> faces(field.cells.size(), Face::kUnknown);
+  for (int row = 0; row < field.grid.height; ++row) {
+    for (int col = 0; col < field.grid.width; ++col) {
+      const auto i = static_cast<std::size_t>(row * field.grid.width + col);
+      if (!IsMeasured(field.cells[i])) continue;
+      const bool below = IsSeenFromBelow(field, {col, row}, principal_px);
+      faces[i] = below ? Face::kFromBelow : Face::kVertical;
+    }
+  }
+  return faces;
+}
+
 /// Marks the cells of the raster above which a keyframe measured a surface from below.
 void MarkSurfaces(const heights::HeightField& field,
+                  const std::vector<Face>& faces,
                   const ViewPlacement& view,
                   const store::MapMetadata& metadata,
                   const store::MosaicGrid& grid,
@@ -123,25 +141,22 @@ void MarkSurfaces(const heights::HeightField& field,
   const cv::Point2d centre((metadata.view_size.width - 1) / 2.0,
                            (metadata.view_size.height - 1) / 2.0);
   const double step = field.step_px.minCoeff() * metadata.view_units_per_px;
-  for (int row = 0; row < field.grid.height; ++row) {
-    for (int col = 0; col < field.grid.width; ++col) {
-      const auto i = static_cast<std::size_t>(row * field.grid.width + col);
-      const heights::HeightCell& cell = field.cells[i];
-      if (!IsMeasured(cell)) continue;
-      if (!IsSeenFromBelow(field, {col, row}, metadata.view_principal_px)) continue;
-      const Eigen::Vector2d at = field.Centre(i);
-      const cv::Point2d place = view.ToMap(centre.x + at.x(), centre.y + at.y(), cell.rho);
-      // Cells of the raster whose centres are within the reach.
-      const double reach = kReachSteps * step / cell.rho - 0.5 * grid.resolution;
-      const cv::Rect2d box(place.x - reach, place.y - reach, 2 * reach, 2 * reach);
-      marks(CellsIn(grid, box)).setTo(1);
-    }
+  for (std::size_t i = 0; i < field.cells.size(); ++i) {
+    if (faces[i] != Face::kFromBelow) continue;
+    const heights::HeightCell& cell = field.cells[i];
+    const Eigen::Vector2d at = field.Centre(i);
+    const cv::Point2d place = view.ToMap(centre.x + at.x(), centre.y + at.y(), cell.rho);
+    // Cells of the raster whose centres are within the reach.
+    const double reach = kReachSteps * step / cell.rho - 0.5 * grid.resolution;
+    const cv::Rect2d box(place.x - reach, place.y - reach, 2 * reach, 2 * reach);
+    marks(CellsIn(grid, box)).setTo(1);
   }
 }
 
 /// Marks what one keyframe sees of the raster: places on its image, those that it sees as a plane,
 /// and those before which its rays end.
 void MarkView(const graph::Keyframe& keyframe,
+              const std::vector<Face>& faces,
               const ViewPlacement& view,
               const store::MapMetadata& metadata,
               const HeightMap& heights,
@@ -171,7 +186,7 @@ void MarkView(const graph::Keyframe& keyframe,
       const float rho = std::max(heights.RatioAt(x, y), 1.0F);
       const cv::Point2d at = view.ToPixel(x, y, rho) - centre;
       const auto cell = keyframe.heights->CellAt({at.x, at.y});
-      if (!cell || !IsMeasured(keyframe.heights->cells[*cell])) continue;
+      if (!cell || faces[*cell] != Face::kVertical) continue;
       auto& blocked = evidence.blocked(row, col);
       if (keyframe.heights->cells[*cell].rho > rho * (1 + kRayEnds) && blocked < kMaxKeyframes) {
         ++blocked;
@@ -193,9 +208,12 @@ Evidence Gather(const std::vector<graph::Keyframe>& keyframes,
   }
   cv::Mat_<unsigned char> marks = cv::Mat_<unsigned char>::zeros(size);
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    MarkView(keyframes[k], views[k], metadata, heights, grid, evidence);
-    if (!keyframes[k].heights) continue;
-    MarkSurfaces(*keyframes[k].heights, views[k], metadata, grid, marks);
+    const heights::HeightField* field = keyframes[k].heights.get();
+    const std::vector<Face> faces =
+        field != nullptr ? FacesOf(*field, metadata.view_principal_px) : std::vector<Face>();
+    MarkView(keyframes[k], faces, views[k], metadata, heights, grid, evidence);
+    if (field == nullptr) continue;
+    MarkSurfaces(*field, faces, views[k], metadata, grid, marks);
     // What is measured from a view is inside of its image, or nearer to its foot.
     const cv::Rect box = CellsIn(grid, views[k].Bounds() | views[k].Bounds(0.5));
     cv::Mat support = evidence.support(box);
@@ -252,7 +270,7 @@ cv::Mat Decide(const Evidence& evidence, double height_cells) {
   votes.setTo(1, (evidence.plane != 0) & (evidence.support == 0) & (evidence.blocked == 0));
   cv::Mat against;
   evidence.blocked.convertTo(against, CV_32F, kBlockedWeight);
-  against.setTo(0, evidence.support);
+  against.setTo(0, evidence.support >= kMaxKeyframes);
   votes -= against;
   cv::GaussianBlur(votes, votes, {}, kSmoothing, kSmoothing, cv::BORDER_CONSTANT);
   cv::Mat mask = votes > kEnoughSupport;
