@@ -19,7 +19,8 @@ nlohmann::ordered_json ToJson(const std::vector<graph::WeakSpot>& spots);
 
 /// `kind` and `area` of each, without the outlines.
 nlohmann::ordered_json ToJson(const std::vector<store::LeftOut>& places);
-/// What is left out of a map, in one line: "12.3 m^2 where walls ...".
+/// What is left out of a map, in one line: "12.3 m^2 where walls or furniture
+/// hide the ceiling".
 std::string Describe(const std::vector<store::LeftOut>& places, const std::string& unit);
 
 /// Describes a weak spot in one line. @param unit  Of the map, "m" or "px".
