@@ -30,6 +30,7 @@ constexpr double kSmoothing = 2;        // standard deviation, cells
 constexpr float kEnoughSupport = 0.5F;  // keyframes, after smoothing
 // Parts of the height of the reference plane above the camera.
 constexpr double kGap = 0.25;           // half the width of a gap in the measurements
+constexpr double kSpike = 0.12;         // half the width of a spike of the border
 constexpr double kIsland = 0.3;         // side of the smallest part of the ceiling
 constexpr double kHole = 0.5;           // side of the largest hole that is filled
 constexpr double kPlaneReach = 0.7;     // of an image without heights: 35 degrees from the vertical
@@ -251,16 +252,20 @@ void RemoveSmall(double min_cells, bool holes, cv::Mat& mask) {
   }
 }
 
-/// Morphological closing by a disc.
-cv::Mat Close(const cv::Mat& mask, double radius) {
+/// Morphological closing by a disc, or the opening: that of the complement.
+cv::Mat Close(const cv::Mat& mask, double radius, unsigned char around = 0) {
   const int margin = cvCeil(radius) + 1;
   cv::Mat wide;
   cv::copyMakeBorder(
-      mask, wide, margin, margin, margin, margin, cv::BORDER_CONSTANT, cv::Scalar(0));
+      mask, wide, margin, margin, margin, margin, cv::BORDER_CONSTANT, cv::Scalar(around));
   cv::Mat distance;
   cv::distanceTransform(wide == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   cv::distanceTransform(distance <= radius, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   return cv::Mat(distance > radius)(cv::Rect({margin, margin}, mask.size())) | mask;
+}
+
+cv::Mat Open(const cv::Mat& mask, double radius) {
+  return ~Close(~mask, radius, 255);
 }
 
 /// 255 where a cell is ceiling. @param height_cells  of the reference plane above the camera.
@@ -275,7 +280,7 @@ cv::Mat Decide(const Evidence& evidence, double height_cells) {
   cv::GaussianBlur(votes, votes, {}, kSmoothing, kSmoothing, cv::BORDER_CONSTANT);
   cv::Mat mask = votes > kEnoughSupport;
   RemoveSmall(std::pow(kIsland * height_cells, 2), false, mask);
-  mask = Close(mask, kGap * height_cells);
+  mask = Open(Close(mask, kGap * height_cells), kSpike * height_cells);
   RemoveSmall(std::pow(kHole * height_cells, 2), true, mask);
   return mask;
 }
