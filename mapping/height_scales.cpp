@@ -38,6 +38,11 @@ constexpr double kUnmeasuredSigma = 1;
 // Cells with a larger standard deviation are not compared.
 constexpr float kComparedSigma = 0.04F;
 
+/// What moves by itself may have been measured behind the camera.
+bool IsCompared(const HeightCell& cell) {
+  return cell.sigma <= kComparedSigma && cell.rho > 0;
+}
+
 /// ln of the ratio of the scales of two keyframes that see the same things: points of one, seen in
 /// the other.
 std::optional<ScaleTerm> CompareScales(const calib::CeilingView& view,
@@ -53,14 +58,12 @@ std::optional<ScaleTerm> CompareScales(const calib::CeilingView& view,
   const std::size_t step = std::max<std::size_t>(1, from.cells.size() / kDenseCells);
   for (std::size_t i = 0; i < from.cells.size(); i += step) {
     const HeightCell& seen = from.cells[i];
-    if (seen.sigma > kComparedSigma) continue;
+    if (!IsCompared(seen)) continue;
     const Eigen::Vector2d x = motion.Apply(camera, from.Centre(i), seen.rho);
     const std::optional<std::size_t> hit = to.CellAt(x);
-    if (!hit || to.cells[*hit].sigma > kComparedSigma) continue;
+    if (!hit || !IsCompared(to.cells[*hit])) continue;
     const Eigen::Vector2d off = (x - to.Centre(*hit)).cwiseQuotient(to.step_px);
     if (off.cwiseAbs().maxCoeff() > kOffCentre) continue;
-    // What moves by itself may have been measured behind the camera.
-    if (seen.rho <= 0 || to.cells[*hit].rho <= 0) continue;
     ratios.push_back(std::log(seen.rho / to.cells[*hit].rho));
   }
   if (ratios.size() < kFewest) return std::nullopt;

@@ -54,6 +54,7 @@ MappingResult MapExtension::Finish(const std::string& source,
       std::back_inserter(result.frames),
       [this](const graph::FramePose& frame) { return frame.keyframe_id >= next_keyframe_id_; });
   result.report.grid = merged.grid;
+  result.report.left_out = merged.left_out;
   result.report.quality = merged.graph.quality;
   result.report.keyframes = static_cast<std::int64_t>(merged.graph.keyframes.size());
   return result;

@@ -36,10 +36,11 @@ JoinedParts JoinAll(LoopCloser& closer,
                     JoinLight light = JoinLight::kOther);
 
 struct MergeResult {
-  graph::MapGraph graph;            ///< of all joined parts, in the frame of the first
-  std::vector<JoinResult> results;  ///< for each part, see JoinedParts
-  store::MosaicGrid grid;           ///< of the mosaic that was written, if one was
-  [[nodiscard]] bool ok() const;    ///< true when every part was joined
+  graph::MapGraph graph;                 ///< of all joined parts, in the frame of the first
+  std::vector<JoinResult> results;       ///< for each part, see JoinedParts
+  store::MosaicGrid grid;                ///< of the mosaic that was written, if one was
+  std::vector<store::LeftOut> left_out;  ///< what images show, but the mosaic does not
+  [[nodiscard]] bool ok() const;         ///< true when every part was joined
 };
 
 /// Merges several maps into one. The keyframes' ids must differ between the parts (Renumber), and

@@ -84,7 +84,9 @@ MergeResult Unite(const std::vector<graph::MapGraph>& parts,
   mosaic::MosaicParams mosaic = params.mosaic;
   mosaic.view_mask = view.Mask();
   if (mosaic.resolution <= 0) mosaic.resolution = metadata.resolution;
-  merged.grid = mosaic::WriteMap(merged.graph, metadata, mosaic, writer, progress);
+  mosaic::WrittenMap written = mosaic::WriteMap(merged.graph, metadata, mosaic, writer, progress);
+  merged.grid = written.grid;
+  merged.left_out = std::move(written.left_out);
   return merged;
 }
 

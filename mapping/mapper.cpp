@@ -361,7 +361,10 @@ MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
         me.params.mosaic.threads,
         me.graph);
     me.Rescale();  // dense heights show the reference plane of each keyframe more accurately
-    me.report.grid = mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
+    mosaic::WrittenMap written =
+        mosaic::WriteMap(me.graph, me.metadata, me.params.mosaic, me.writer, progress);
+    me.report.grid = written.grid;
+    me.report.left_out = std::move(written.left_out);
   }
   return {me.graph.trajectory, me.report, me.graph.weak_spots};
 }

@@ -42,7 +42,8 @@ struct MapperReport {
   double median_peak = 0;
   double path = 0;  ///< length of the trajectory in map units
   store::MosaicGrid grid;
-  double rectify_ms = 0;  ///< totals over the run
+  std::vector<store::LeftOut> left_out;  ///< what images show, but the mosaic does not
+  double rectify_ms = 0;                 ///< totals over the run
   double register_ms = 0;
   double keyframe_ms = 0;
   double loop_ms = 0;      ///< loop closing, in its own thread
@@ -53,7 +54,7 @@ struct MapperReport {
 /// Result of mapping one recording.
 struct MappingResult {
   std::vector<graph::FramePose> frames;  ///< of the recording, on the map; placed ones only
-  MapperReport report;  ///< of the recording; grid, quality and keyframes of the whole map
+  MapperReport report;  ///< of the recording; grid, left_out, quality and keyframes of the map
   std::vector<graph::WeakSpot> weak_spots;  ///< of the whole map
 };
 

@@ -46,6 +46,7 @@ struct MapInfo {
   std::uintmax_t file_bytes = 0;
   graph::MapQuality quality;
   std::vector<graph::WeakSpot> weak_spots;
+  std::vector<store::LeftOut> left_out;
 };
 
 // Processed by windows, because a map can be larger than memory.
@@ -87,6 +88,7 @@ MapInfo Inspect(const fs::path& file) {
   info.file_bytes = fs::file_size(file);
   info.quality = map.Quality();
   info.weak_spots = map.ReadWeakSpots();
+  info.left_out = map.ReadLeftOut();
   return info;
 }
 
@@ -114,6 +116,7 @@ ordered_json ToJson(const MapInfo& info) {
         {"width_px", grid.width_px},
         {"height_px", grid.height_px}}},
       {"covered_area", info.covered_area},
+      {"left_out", reports::ToJson(info.left_out)},
       {"keyframes", info.keyframes},
       {"heights", reports::ToJson(info.heights)},
       {"trajectory_poses", info.poses},
@@ -144,6 +147,7 @@ void PrintTable(const MapInfo& info) {
   table.AddRow(
       {"y from, to", fmt::format("{:.3f}, {:.3f} {}", grid.max_y - height, grid.max_y, unit)});
   table.AddRow({"area seen", fmt::format("{:.3f} {}^2", info.covered_area, unit)});
+  table.AddRow({"left out", reports::Describe(info.left_out, unit)});
   table.AddRow({"keyframes", fmt::format("{}", info.keyframes)});
   table.AddRow({"heights", reports::Describe(info.heights)});
   table.AddRow({"trajectory", fmt::format("{} poses", info.poses)});

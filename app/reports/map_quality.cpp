@@ -36,6 +36,26 @@ nlohmann::ordered_json ToJson(const std::vector<graph::WeakSpot>& spots) {
   return list;
 }
 
+nlohmann::ordered_json ToJson(const std::vector<store::LeftOut>& places) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const store::LeftOut& place : places) {
+    json.push_back({{"kind", store::ToString(place.kind)}, {"area", place.area}});
+  }
+  return json;
+}
+
+std::string Describe(const std::vector<store::LeftOut>& places, const std::string& unit) {
+  std::string text;
+  for (const store::LeftOut& place : places) {
+    if (!text.empty()) text += "; ";
+    text += fmt::format("{:.1f} {}^2 ", place.area, unit);
+    text += place.kind == store::LeftOut::Kind::kMoves
+                ? "below which something moves"
+                : "where walls or furniture hide the ceiling";
+  }
+  return text.empty() ? "nothing" : text;
+}
+
 std::string Describe(const graph::WeakSpot& spot, const std::string& unit) {
   std::string place = fmt::format("at ({:.1f}, {:.1f})", spot.x, spot.y);
   switch (spot.kind) {

@@ -6,6 +6,7 @@
 
 #include "app/terminal/table.hpp"
 #include "mapping/graph/map_graph.hpp"
+#include "mapping/store/map_file.hpp"
 
 namespace ceilmap::reports {
 
@@ -15,6 +16,12 @@ nlohmann::ordered_json ToJson(const graph::LoopCounts& loops);
 /// Loops and residuals.
 nlohmann::ordered_json ToJson(const graph::MapQuality& quality);
 nlohmann::ordered_json ToJson(const std::vector<graph::WeakSpot>& spots);
+
+/// `kind` and `area` of each, without the outlines.
+nlohmann::ordered_json ToJson(const std::vector<store::LeftOut>& places);
+/// What is left out of a map, in one line: "12.3 m^2 where walls or furniture
+/// hide the ceiling".
+std::string Describe(const std::vector<store::LeftOut>& places, const std::string& unit);
 
 /// Describes a weak spot in one line. @param unit  Of the map, "m" or "px".
 std::string Describe(const graph::WeakSpot& spot, const std::string& unit);

@@ -35,6 +35,7 @@ void Summarize(const MapResult& result, const std::string& unit, terminal::Summa
                           {"chi2_per_dof", report.quality.chi2_per_dof},
                           {"loop_rms", report.quality.loop_rms},
                           {"weak_spots", ToJson(result.map.weak_spots)},
+                          {"left_out", ToJson(report.left_out)},
                           {"median_peak", report.median_peak},
                           {"path", report.path},
                           {"map_width_px", report.grid.width_px},
@@ -113,6 +114,11 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
                             decimals),
                 unit});
   table.AddRow({"map", fmt::format("{} x {}", grid.width_px, grid.height_px), "px of the mosaic"});
+  for (const store::LeftOut& place : report.left_out) {
+    const std::string text = Describe({place}, unit);
+    const std::size_t number = text.find(' ');
+    table.AddRow({"left out", text.substr(0, number), text.substr(number + 1)});
+  }
   AddStreamRows(result.reading, result.latency, table);
   table.AddRow({"time", fmt::format("{:.2f}", seconds), fmt::format("s ({:.1f} frames/s)", rate)});
   return table;

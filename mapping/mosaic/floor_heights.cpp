@@ -39,6 +39,7 @@ FloorHeights::FloorHeights(const std::vector<graph::Keyframe>& keyframes,
   if (!store::HeightAboveFloor(metadata, 1)) return;
   heights_ = HeightMap(keyframes, metadata);
   if (heights_.empty()) return;
+  ceiling_ = CeilingExtent(keyframes, metadata, heights_);
   std::vector<graph::Keyframe> plane;
   for (const graph::Keyframe& keyframe : keyframes) {
     if (!keyframe.heights) plane.push_back(keyframe);
@@ -107,6 +108,8 @@ cv::Mat FloorHeights::Window(const store::MosaicGrid& grid, const cv::Rect& wind
       }
     }
   }
+  const cv::Mat inside = ceiling_.Over(window, grid);
+  if (!inside.empty()) metres.setTo(std::numeric_limits<float>::quiet_NaN(), inside == 0);
   return metres;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/mosaic/ceiling_extent.hpp"
 #include "mapping/mosaic/height_map.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_file.hpp"
@@ -12,7 +13,8 @@ namespace ceilmap::mosaic {
 
 /// Heights of a ceiling above the floor, for people and other programs: those of HeightMap in
 /// metres, at the pixels of any grid. Where an image shows a plane ceiling (a keyframe without
-/// heights), and no other image has heights, it is the height of the reference plane.
+/// heights), and no other image has heights, it is the height of the reference plane. What is not
+/// ceiling (CeilingExtent) has no height.
 class FloorHeights {
  public:
   /// @param keyframes  final poses; images are not used.
@@ -29,6 +31,7 @@ class FloorHeights {
 
   store::MapMetadata metadata_;
   HeightMap heights_;
+  CeilingExtent ceiling_;
   std::vector<ViewPlacement> plane_views_;
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
 #include <thread>
 
 #include "calib/base/parallel.hpp"
@@ -27,7 +29,13 @@ constexpr float kMinWeight = 0.1F;
 constexpr double kAccurate = 0.01;  // standard deviation of a vote of weight 1
 /// A surface hides a place if its ratio is larger than that of the ray by this part.
 constexpr float kNearer = 0.05F;
-constexpr int kFillReach = 5;  // widest gap that is filled, cells from its border
+constexpr int kFillReach = 5;      // widest gap that is filled, cells from its border
+constexpr int kRefutedReach = 16;  // the same where a surface was refuted
+/// A surface is refuted if fewer of the images of the place confirm it, and there are so many.
+constexpr double kFewConfirm = 0.15;
+constexpr int kManyImages = 8;
+constexpr float kRefutedAround = 0.3F;  // part of the neighbours
+constexpr double kAgree = 0.75;         // part of the images that agree on a surface
 
 std::int64_t SquareKey(int x, int y) {
   return std::int64_t{y} * (std::int64_t{1} << 32) + x;
@@ -125,31 +133,40 @@ float Elect(std::vector<Opinion>& opinions) {
   return opinions[best].rho;
 }
 
-/// Cells that are not known get the ratio of a known surface near them: of several the farther one,
-/// because the gap is what the nearer one hides from most images.
-void FillGaps(cv::Mat& rho) {
+/// The ratio of a known surface near a cell: of several the farther one, because a gap is what the
+/// nearer one hides from most images. 0: there is none.
+float FartherNear(const cv::Mat& rho, const cv::Point& cell, int reach, std::vector<float>& known) {
   constexpr double kFarther = 0.2;  // quantile
-  const cv::Mat before = rho.clone();
-  std::vector<float> known;
-  for (int row = 0; row < rho.rows; ++row) {
-    for (int col = 0; col < rho.cols; ++col) {
-      if (before.at<float>(row, col) > 0) continue;
-      known.clear();
-      for (int r = std::max(0, row - kFillReach); r <= std::min(rho.rows - 1, row + kFillReach);
-           ++r) {
-        const auto* values = before.ptr<float>(r);
-        for (int c = std::max(0, col - kFillReach); c <= std::min(rho.cols - 1, col + kFillReach);
-             ++c) {
-          if (values[c] > 0) known.push_back(values[c]);
-        }
-      }
-      if (known.empty()) continue;
-      const auto farther =
-          known.begin() + static_cast<std::ptrdiff_t>(kFarther * static_cast<double>(known.size()));
-      std::nth_element(known.begin(), farther, known.end());
-      rho.at<float>(row, col) = *farther;
+  known.clear();
+  for (int row = cell.y - reach; row <= cell.y + reach; ++row) {
+    const auto* values = rho.ptr<float>(row);
+    for (int col = cell.x - reach; col <= cell.x + reach; ++col) {
+      if (values[col] > 0) known.push_back(values[col]);
     }
   }
+  if (known.empty()) return 0;
+  const auto farther =
+      known.begin() + static_cast<std::ptrdiff_t>(kFarther * static_cast<double>(known.size()));
+  std::nth_element(known.begin(), farther, known.end());
+  return *farther;
+}
+
+/// Fills cells that are not known, and those that were refuted (< 0) in a wider reach: nothing
+/// hides what is around them. @param before  with kRefutedReach more cells than the result on each
+/// side.
+cv::Mat FillGaps(const cv::Mat& before) {
+  cv::Mat rho(kSquare, kSquare, CV_32FC1);
+  std::vector<float> known;
+  for (int row = 0; row < kSquare; ++row) {
+    for (int col = 0; col < kSquare; ++col) {
+      const cv::Point at(col + kRefutedReach, row + kRefutedReach);
+      const float here = before.at<float>(at);
+      const float filled =
+          here > 0 ? here : FartherNear(before, at, here < 0 ? kRefutedReach : kFillReach, known);
+      rho.at<float>(row, col) = filled > 0 ? filled : std::abs(here);
+    }
+  }
+  return rho;
 }
 
 /// Calls visit(col, row, weight) for each pixel of the window that a vote reaches.
@@ -167,6 +184,22 @@ void ForEachReached(const Vote& vote, const cv::Rect& window, const Visit& visit
       if (part > 0) visit(col, row, vote.weight * part * part);
     }
   }
+}
+
+/// Whether a measured cell of a field, or one beside it, has a ratio: a border may lie between
+/// them.
+bool Confirms(const heights::HeightField& field, std::size_t cell, float rho) {
+  const auto width = static_cast<std::size_t>(field.grid.width);
+  const std::size_t col = cell % width;
+  const std::size_t row = cell / width;
+  const std::size_t last_row = std::min<std::size_t>(row + 1, field.grid.height - 1);
+  for (std::size_t v = row - (row > 0 ? 1 : 0); v <= last_row; ++v) {
+    for (std::size_t u = col - (col > 0 ? 1 : 0); u <= std::min(col + 1, width - 1); ++u) {
+      const heights::HeightCell& at = field.cells[v * width + u];
+      if (at.sigma < heights::kMeasuredSigma && std::abs(at.rho - rho) < kNearer * rho) return true;
+    }
+  }
+  return false;
 }
 
 cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
@@ -187,14 +220,6 @@ cv::Mat ElectAll(const Votes& votes, const cv::Rect& window) {
   cv::Mat rho(window.size(), CV_32FC1);
   std::transform(opinions.begin(), opinions.end(), rho.begin<float>(), Elect);
   return rho;
-}
-
-/// One square of the raster. Its values do not depend on the others.
-cv::Mat MakeSquare(const Votes& votes, const cv::Point& first) {
-  constexpr int kWide = kSquare + 2 * kFillReach;
-  cv::Mat rho = ElectAll(votes, {first.x - kFillReach, first.y - kFillReach, kWide, kWide});
-  FillGaps(rho);
-  return rho(cv::Rect(kFillReach, kFillReach, kSquare, kSquare)).clone();
 }
 
 /// Smallest distance of the cells of the height fields, map units; 0: there are none.
@@ -267,9 +292,85 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
                    for (int u = x - 1; u <= x + 1; ++u) squares_[SquareKey(u, v)];
                  }
                });
-  ForEachSquare(
-      threads, [&](const cv::Point& first, cv::Mat& square) { square = MakeSquare(votes, first); });
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    square = ElectAll(votes, {first.x, first.y, kSquare, kSquare});
+  });
   FindRange();
+  ForEachCounted(
+      keyframes,
+      metadata,
+      threads,
+      [](const cv::Point& /*first*/, cv::Mat& square, const cv::Mat_<cv::Vec3i>& counts) {
+        std::transform(
+            square.begin<float>(),
+            square.end<float>(),
+            counts.begin(),
+            square.begin<float>(),
+            [](float rho, const cv::Vec3i& count) { return count[2] > count[1] ? -rho : rho; });
+      });
+  FillAll(threads);
+  FindRange();
+}
+
+cv::Point2d HeightMap::PlaceOf(int col, int row) const {
+  return {grid_.min_x + (col + 0.5) * grid_.resolution,
+          grid_.max_y - (row + 0.5) * grid_.resolution};
+}
+
+template <typename Work>
+void HeightMap::ForEachCounted(const std::vector<graph::Keyframe>& keyframes,
+                               const store::MapMetadata& metadata,
+                               int threads,
+                               const Work& work) {
+  const std::vector<ViewPlacement> views = PlaceViews(keyframes, metadata);
+  const cv::Point2d centre((metadata.view_size.width - 1) / 2.0,
+                           (metadata.view_size.height - 1) / 2.0);
+  std::vector<cv::Rect2d> bounds;
+  bounds.reserve(views.size());
+  for (const ViewPlacement& view : views) {
+    bounds.push_back(view.Bounds(range_[0]) | view.Bounds(range_[1]));
+  }
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    const cv::Rect2d box(grid_.min_x + first.x * grid_.resolution,
+                         grid_.max_y - (first.y + kSquare) * grid_.resolution,
+                         kSquare * grid_.resolution,
+                         kSquare * grid_.resolution);
+    cv::Mat_<cv::Vec3i> counts(kSquare, kSquare, cv::Vec3i());
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      if (!keyframes[k].heights || (bounds[k] & box).empty()) continue;
+      const heights::HeightField& field = *keyframes[k].heights;
+      for (int row = 0; row < kSquare; ++row) {
+        for (int col = 0; col < kSquare; ++col) {
+          const float rho = square.at<float>(row, col);
+          if (rho <= 0) continue;
+          const cv::Point2d place = PlaceOf(first.x + col, first.y + row);
+          const cv::Point2d at = views[k].ToPixel(place.x, place.y, rho) - centre;
+          const auto cell = field.CellAt({at.x, at.y});
+          if (!cell) continue;
+          cv::Vec3i& count = counts(row, col);
+          ++count[0];
+          if (Confirms(field, *cell, rho)) {
+            ++count[1];
+          } else if (field.cells[*cell].sigma < heights::kMeasuredSigma &&
+                     field.cells[*cell].rho < rho * (1 - kNearer)) {
+            ++count[2];
+          }
+        }
+      }
+    }
+    work(first, square, counts);
+  });
+}
+
+/// Fills small gaps in all squares.
+void HeightMap::FillAll(int threads) {
+  auto filled = squares_;
+  constexpr int kWide = kSquare + 2 * kRefutedReach;
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& /*square*/) {
+    filled.at(SquareKey(SquareOf(first.x), SquareOf(first.y))) =
+        FillGaps(Ratios({first.x - kRefutedReach, first.y - kRefutedReach, kWide, kWide}));
+  });
+  squares_ = std::move(filled);
 }
 
 template <typename Work>
@@ -294,6 +395,100 @@ void HeightMap::FindRange() {
       first = false;
     }
   }
+}
+
+std::vector<cv::Point2d> HeightMap::Settle(const std::vector<graph::Keyframe>& keyframes,
+                                           const store::MapMetadata& metadata,
+                                           const AgreementAt& agreement,
+                                           int threads) {
+  const Squares before = squares_;
+  ForEachCounted(keyframes,
+                 metadata,
+                 threads,
+                 [&](const cv::Point& first, cv::Mat& square, const cv::Mat_<cv::Vec3i>& counts) {
+                   square = square.clone();  // `before` shares the old one
+                   for (int row = 0; row < kSquare; ++row) {
+                     for (int col = 0; col < kSquare; ++col) {
+                       const cv::Vec3i& count = counts(row, col);
+                       if (count[0] < kManyImages || count[1] >= kFewConfirm * count[0]) continue;
+                       float& rho = square.at<float>(row, col);
+                       if (agreement(PlaceOf(first.x + col, first.y + row), rho) < kAgree)
+                         rho = -rho;
+                     }
+                   }
+                 });
+  RefuteAround(agreement, threads);
+  return ReplaceRefuted(before, agreement, threads);
+}
+
+/// Refutes the surfaces among refuted ones on which the images do not agree: parts of the same
+/// moving thing that several keyframes happened to measure.
+void HeightMap::RefuteAround(const AgreementAt& agreement, int threads) {
+  const Squares first_pass = squares_;
+  constexpr int kReach = kFillReach;
+  constexpr int kWide = kSquare + 2 * kReach;
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    cv::Mat wide(kWide, kWide, CV_32FC1, cv::Scalar(0));
+    for (int row = 0; row < kWide; ++row) {
+      for (int col = 0; col < kWide; ++col) {
+        const cv::Point at(first.x + col - kReach, first.y + row - kReach);
+        const auto found = first_pass.find(SquareKey(SquareOf(at.x), SquareOf(at.y)));
+        if (found == first_pass.end()) continue;
+        const cv::Point inner = at - kSquare * cv::Point(SquareOf(at.x), SquareOf(at.y));
+        wide.at<float>(row, col) = found->second.at<float>(inner) < 0 ? 1.0F : 0.0F;
+      }
+    }
+    cv::Mat parts;
+    cv::boxFilter(wide, parts, -1, {2 * kReach + 1, 2 * kReach + 1});
+    square = square.clone();
+    for (int row = 0; row < kSquare; ++row) {
+      for (int col = 0; col < kSquare; ++col) {
+        float& rho = square.at<float>(row, col);
+        if (rho <= 0 || parts.at<float>(row + kReach, col + kReach) < kRefutedAround) continue;
+        if (agreement(PlaceOf(first.x + col, first.y + row), rho) < kAgree) rho = -rho;
+      }
+    }
+  });
+}
+
+/// Fills what is refuted: where no surface explains the images, or the images agree at least as
+/// well on the result.
+/// @return the places that no surface explains.
+std::vector<cv::Point2d> HeightMap::ReplaceRefuted(const Squares& before,
+                                                   const AgreementAt& agreement,
+                                                   int threads) {
+  const Squares refuted = squares_;
+  FillAll(threads);
+  std::vector<cv::Point2d> moving;
+  std::mutex mutex;
+  ForEachSquare(threads, [&](const cv::Point& first, cv::Mat& square) {
+    const std::int64_t key = SquareKey(SquareOf(first.x), SquareOf(first.y));
+    const cv::Mat& old = before.at(key);
+    const cv::Mat& flags = refuted.at(key);
+    for (int row = 0; row < kSquare; ++row) {
+      for (int col = 0; col < kSquare; ++col) {
+        const cv::Point2d place = PlaceOf(first.x + col, first.y + row);
+        float& rho = square.at<float>(row, col);
+        const float old_rho = old.at<float>(row, col);
+        if (flags.at<float>(row, col) >= 0) {
+          rho = old_rho;
+          continue;
+        }
+        bool explained = false;
+        for (float r = range_[0]; r <= range_[1] && !explained; r *= 1 + kSameSurface) {
+          explained = agreement(place, r) >= kAgree;
+        }
+        if (explained) {
+          if (agreement(place, rho) < agreement(place, old_rho)) rho = old_rho;
+          continue;
+        }
+        const std::lock_guard lock(mutex);
+        moving.push_back(place);
+      }
+    }
+  });
+  FindRange();
+  return moving;
 }
 
 float HeightMap::At(int col, int row) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <unordered_map>
 #include <vector>
@@ -17,8 +18,9 @@ namespace ceilmap::mosaic {
 ///
 /// Each measured cell of a keyframe votes at the place in the map where its point is. The value of
 /// a place is the median of the votes for one surface: the nearest (largest rho) among those with
-/// at least a third of the votes of the most frequent one. Small gaps get the value of their
-/// neighbours.
+/// at least a third of the votes of the most frequent one. Where more keyframes see through that
+/// surface, to something behind it, than confirm it, there is none: a fan that turns, or a wrong
+/// measurement. Small gaps get the value of their neighbours.
 class HeightMap {
  public:
   HeightMap() = default;
@@ -27,6 +29,18 @@ class HeightMap {
   HeightMap(const std::vector<graph::Keyframe>& keyframes,
             const store::MapMetadata& metadata,
             int threads = 0);
+
+  /// Part of the images of a place that agree if its surface has a ratio; 1 where too few show it.
+  using AgreementAt = std::function<double(const cv::Point2d& p_map, float rho)>;
+  /// Compares the surfaces with the images. A surface that almost none of many keyframes confirm,
+  /// and on which their images do not agree, is none where they agree as well on that around it:
+  /// something moves there, or the measurements are wrong.
+  /// @param agreement  called by several threads.
+  /// @return changed places, pixels of Grid(), that no surface explains: something moves there.
+  std::vector<cv::Point2d> Settle(const std::vector<graph::Keyframe>& keyframes,
+                                  const store::MapMetadata& metadata,
+                                  const AgreementAt& agreement,
+                                  int threads = 0);
 
   /// Whether no keyframe has heights: the ceiling is one plane.
   [[nodiscard]] bool empty() const { return squares_.empty(); }
@@ -48,14 +62,29 @@ class HeightMap {
   [[nodiscard]] bool Sees(const ViewPlacement& view, const cv::Point2d& p_map, float rho) const;
 
  private:
+  using Squares = std::unordered_map<std::int64_t, cv::Mat>;  // CV_32FC1, parts of the raster
+
   [[nodiscard]] float At(int col, int row) const;
   /// Calls work(square's first pixel, square) for all squares, in threads.
   template <typename Work>
   void ForEachSquare(int threads, const Work& work);
+  /// Calls work(square's first pixel, square, counts), for each pixel of a square the images of the
+  /// place, those that confirm its surface, and those that see through it.
+  template <typename Work>
+  void ForEachCounted(const std::vector<graph::Keyframe>& keyframes,
+                      const store::MapMetadata& metadata,
+                      int threads,
+                      const Work& work);
+  void RefuteAround(const AgreementAt& agreement, int threads);
+  std::vector<cv::Point2d> ReplaceRefuted(const Squares& before,
+                                          const AgreementAt& agreement,
+                                          int threads);
+  [[nodiscard]] cv::Point2d PlaceOf(int col, int row) const;
+  void FillAll(int threads);
   void FindRange();
 
   store::MosaicGrid grid_;
-  std::unordered_map<std::int64_t, cv::Mat> squares_;  // CV_32FC1, parts of the raster
+  Squares squares_;
   cv::Vec2f range_{1, 1};
 };
 

@@ -2,24 +2,25 @@
 
 namespace ceilmap::mosaic {
 
-store::MosaicGrid WriteMap(const graph::MapGraph& graph,
-                           const store::MapMetadata& metadata,
-                           const MosaicParams& mosaic,
-                           store::MapWriter& writer,
-                           const std::function<void(int, int)>& progress) {
+WrittenMap WriteMap(const graph::MapGraph& graph,
+                    const store::MapMetadata& metadata,
+                    const MosaicParams& mosaic,
+                    store::MapWriter& writer,
+                    const std::function<void(int, int)>& progress) {
   writer.WriteGraph(graph);
   const MosaicRenderer renderer(
       graph.keyframes,
       metadata,
       [&writer](std::int64_t id) { return writer.ReadImage(id); },
       mosaic);
+  writer.WriteLeftOut(renderer.LeftOutPlaces());
   writer.WriteMosaic(
       renderer.Grid(),
       [&](const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
         renderer.Render(window, grey, alpha);
       },
       progress);
-  return renderer.Grid();
+  return {renderer.Grid(), renderer.LeftOutPlaces()};
 }
 
 }  // namespace ceilmap::mosaic

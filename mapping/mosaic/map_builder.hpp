@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "mapping/graph/map_graph.hpp"
 #include "mapping/mosaic/mosaic.hpp"
@@ -8,14 +9,18 @@
 
 namespace ceilmap::mosaic {
 
+struct WrittenMap {
+  store::MosaicGrid grid;                ///< of the mosaic
+  std::vector<store::LeftOut> left_out;  ///< what images show, but the mosaic does not
+};
+
 /// Writes a graph and the mosaic rendered from its keyframes' images (without Commit). The images
 /// must be in the writer already.
 /// @param progress  done, total windows of the mosaic; may be empty.
-/// @return the extent of the mosaic.
-store::MosaicGrid WriteMap(const graph::MapGraph& graph,
-                           const store::MapMetadata& metadata,
-                           const MosaicParams& mosaic,
-                           store::MapWriter& writer,
-                           const std::function<void(int, int)>& progress = {});
+WrittenMap WriteMap(const graph::MapGraph& graph,
+                    const store::MapMetadata& metadata,
+                    const MosaicParams& mosaic,
+                    store::MapWriter& writer,
+                    const std::function<void(int, int)>& progress = {});
 
 }  // namespace ceilmap::mosaic

@@ -87,6 +87,7 @@ struct MosaicRenderer::Impl {
   HeightMap heights;
   cv::Mat row_times;  // of a rolling shutter; else empty
   ExposureModel exposure;
+  CeilingExtent ceiling;
   std::vector<float> gain_factors;  // 1 / exp(g_k)
   std::vector<float> view_weights;  // below 1 for blurred images
   std::vector<bool> has_blanks;     // true for images of a tilted robot
@@ -108,6 +109,7 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
       views(PlaceViews(keyframes, metadata)),
       heights(keyframes, metadata, mosaic_params.threads),
       row_times(RowTimes(metadata)),
+      ceiling(keyframes, metadata, heights),
       thumbnails(metadata.view_size),
       cache([this](std::int64_t id) { return LoadImage(id); }, mosaic_params.cache_images) {
   for (const graph::Keyframe& keyframe : keyframes) ids.push_back(keyframe.id);
@@ -116,6 +118,16 @@ MosaicRenderer::Impl::Impl(const std::vector<graph::Keyframe>& keyframes,
   MakeGrid();
   MakeIndex();
   Survey();
+  if (params.reject_outliers && !heights.empty()) {
+    const auto agreement = [this](const cv::Point2d& p_map, float rho) {
+      const cv::Point at(cvFloor((p_map.x - grid.min_x) / grid.resolution),
+                         cvFloor((grid.max_y - p_map.y) / grid.resolution));
+      if (at.x < 0 || at.y < 0) return 1.0;
+      return AgreementAt(p_map, rho, views, ViewsAt({at, cv::Size(1, 1)}), thumbnails);
+    };
+    ceiling.AddMoving(heights.Settle(keyframes, metadata, agreement, params.threads),
+                      heights.Grid().resolution);
+  }
 }
 
 /// The single pass over all images before rendering: exposure, sharpness, thumbnails.
@@ -215,6 +227,7 @@ store::MosaicGrid GridOver(const cv::Rect2d& box, double resolution) {
 void MosaicRenderer::Impl::MakeGrid() {
   cv::Rect2d box = views.front().Bounds();
   for (const ViewPlacement& view : views) box |= view.Bounds();
+  if (!ceiling.empty()) box &= ceiling.Bounds();
   constexpr int kMaxSteps = 40;  // a factor of 1e12: then the cause is not the resolution
   double resolution = params.resolution > 0 ? params.resolution : units_per_px;
   for (int step = 0; step < kMaxSteps; ++step) {
@@ -282,6 +295,12 @@ void MosaicRenderer::Impl::ForEachPixel(int k,
 }
 
 void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Mat alpha) const {
+  const cv::Mat inside = ceiling.Over(tile, grid);
+  if (!inside.empty() && cv::countNonZero(inside) == 0) {
+    grey.setTo(0);
+    alpha.setTo(0);
+    return;
+  }
   const std::vector<int> candidates = ViewsAt(tile);
   std::vector<Agreement> agreements(candidates.size());
   if (params.reject_outliers) {
@@ -326,7 +345,7 @@ void MosaicRenderer::Impl::RenderTile(const cv::Rect& tile, cv::Mat grey, cv::Ma
   for (int row = 0; row < tile.height; ++row) {
     for (int col = 0; col < tile.width; ++col) {
       const cv::Vec2f sum = sums.ptr<cv::Vec2f>(row)[col];
-      const bool seen = sum[1] > 0;
+      const bool seen = sum[1] > 0 && (inside.empty() || inside.ptr<unsigned char>(row)[col] != 0);
       grey.ptr<unsigned char>(row)[col] =
           seen ? cv::saturate_cast<unsigned char>(sum[0] / sum[1]) : 0;
       alpha.ptr<unsigned char>(row)[col] = seen ? 255 : 0;
@@ -353,6 +372,10 @@ MosaicRenderer::~MosaicRenderer() = default;
 
 const store::MosaicGrid& MosaicRenderer::Grid() const {
   return impl_->grid;
+}
+
+const std::vector<store::LeftOut>& MosaicRenderer::LeftOutPlaces() const {
+  return impl_->ceiling.LeftOutPlaces();
 }
 
 const HeightMap& MosaicRenderer::Heights() const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/mosaic/ceiling_extent.hpp"
 #include "mapping/mosaic/height_map.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -44,7 +45,7 @@ struct MosaicParams {
 ///
 /// Heights: where keyframes have height fields, each pixel shows the surface of HeightMap at its
 /// place, sampled where each image shows a point of that height. An image in which a nearer surface
-/// hides the place has no weight.
+/// hides the place has no weight. What is not ceiling (CeilingExtent) is left out.
 class MosaicRenderer {
  public:
   /// @param keyframes  poses (images ignored), at least one.
@@ -57,10 +58,12 @@ class MosaicRenderer {
                  const MosaicParams& params = {});
   ~MosaicRenderer();
 
-  /// Smallest grid that contains all images, with its edges on multiples of the resolution.
+  /// Smallest grid that contains the ceiling on all images, with its edges on multiples of the
+  /// resolution.
   [[nodiscard]] const store::MosaicGrid& Grid() const;
   /// Heights of the ceiling; empty where no keyframe has any.
   [[nodiscard]] const HeightMap& Heights() const;
+  [[nodiscard]] const std::vector<store::LeftOut>& LeftOutPlaces() const;
   /// Grey as seen from above (see MosaicGrid), alpha 255 where any image sees the ceiling.
   /// Thread-safe, and uses several threads itself. The value of a point does not depend on the
   /// window.

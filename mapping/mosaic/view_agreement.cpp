@@ -20,6 +20,7 @@ constexpr float kDarkGrey = 32;  // lower bound of the grey value in relative di
 /// the view still counts.
 constexpr float kOutlierFactor = 1e-9F;
 constexpr std::size_t kMinViews = 3;
+constexpr float kMostAgree = 0.6F;
 
 int FloorDiv(int value, int divisor) {
   return value >= 0 ? value / divisor : -((divisor - 1 - value) / divisor);
@@ -37,6 +38,27 @@ float Median(std::vector<float>& values) {
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5F * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// What the views show that agree: their median; where less than kMostAgree of them agree with it,
+/// the middle of the third that differs least. Blades of a fan may cover a place in more than half
+/// of the images, but each image shows other parts of them in another light.
+float Agreed(std::vector<float>& values) {
+  const float median = Median(values);
+  const auto agree = std::count_if(values.begin(), values.end(), [&](float value) {
+    return std::abs(value - median) <= kAgreementLimit * std::max(median, kDarkGrey);
+  });
+  const std::size_t third = (values.size() + 2) / 3;
+  if (third < kMinViews || static_cast<float>(agree) >= kMostAgree * values.size()) return median;
+  std::sort(values.begin(), values.end());
+  const auto spread = [&](std::size_t i) {
+    return (values[i + third - 1] - values[i]) / std::max(values[i], kDarkGrey);
+  };
+  std::size_t best = 0;
+  for (std::size_t i = 1; i + third <= values.size(); ++i) {
+    if (spread(i) <= spread(best)) best = i;
+  }
+  return values[best + third / 2];
 }
 
 }  // namespace
@@ -98,6 +120,24 @@ float Agreement::At(int col, int row) const {
          fv * ((1 - fu) * bottom[0] + fu * bottom[1]);
 }
 
+double AgreementAt(const cv::Point2d& p_map,
+                   float rho,
+                   const std::vector<ViewPlacement>& views,
+                   const std::vector<int>& candidates,
+                   const Thumbnails& thumbnails) {
+  std::vector<float> seen;
+  for (const int k : candidates) {
+    const ViewPlacement& view = views[static_cast<std::size_t>(k)];
+    const float grey = thumbnails.At(k, view.ToPixel(p_map.x, p_map.y, rho));
+    if (grey >= 0) seen.push_back(grey);
+  }
+  if (seen.size() < kMinViews) return 1;
+  const float agreed = Agreed(seen);
+  const auto agree = std::count_if(
+      seen.begin(), seen.end(), [&](float grey) { return Factor(grey, agreed) == 1; });
+  return static_cast<double>(agree) / static_cast<double>(seen.size());
+}
+
 std::vector<Agreement> CompareViews(const cv::Rect& tile,
                                     const store::MosaicGrid& grid,
                                     const std::vector<ViewPlacement>& views,
@@ -134,9 +174,9 @@ std::vector<Agreement> CompareViews(const cv::Rect& tile,
         if (greys[i] >= 0) seen.push_back(greys[i]);
       }
       if (seen.size() < kMinViews) continue;
-      const float median = Median(seen);
+      const float agreed = Agreed(seen);
       for (std::size_t i = 0; i < candidates.size(); ++i) {
-        const float factor = greys[i] < 0 ? 1 : Factor(greys[i], median);
+        const float factor = greys[i] < 0 ? 1 : Factor(greys[i], agreed);
         if (factor != 1) set(i, row, col, factor);
       }
     }

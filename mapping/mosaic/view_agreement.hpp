@@ -49,6 +49,14 @@ class Agreement {
   cv::Mat cells_;  // CV_32FC1
 };
 
+/// Part of the views of a place that agree on what is there, if its surface has the ratio `rho`; 1
+/// where fewer than three show it. @param candidates  indices of the views.
+double AgreementAt(const cv::Point2d& p_map,
+                   float rho,
+                   const std::vector<ViewPlacement>& views,
+                   const std::vector<int>& candidates,
+                   const Thumbnails& thumbnails);
+
 /// @param candidates  indices of the views that may touch the tile.
 /// @return one for each candidate.
 std::vector<Agreement> CompareViews(const cv::Rect& tile,

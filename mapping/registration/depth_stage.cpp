@@ -200,7 +200,8 @@ void DepthStage::Absorb(const DepthFit& fit,
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     heights::HeightCell& cell = field.cells[static_cast<std::size_t>(shifts[i].index)];
     const BlockHeight& seen = fit.blocks[i];
-    if (seen.inlier) {
+    // A block without texture may have any number: nothing is behind the camera.
+    if (seen.inlier && seen.rho > 0) {
       // No more certain than one measurement of this travel can be.
       if (seen.sigma >= cell.sigma) continue;
       cell.rho = static_cast<float>(seen.rho);

@@ -52,6 +52,19 @@ struct MosaicGrid {
   int height_px = 0;
 };
 
+/// Places that images of a map show, but that are not part of its mosaic.
+struct LeftOut {
+  enum class Kind {
+    kBelowCeiling,  ///< only walls, windows and furniture are seen there, not the ceiling
+    kMoves,         ///< a thing moves there (a fan); the mosaic shows what is behind it
+  };
+  Kind kind = Kind::kBelowCeiling;
+  double area = 0;  ///< of the reference plane, map units^2
+  /// Outer ring, then the holes, of each polygon; rings are not closed.
+  std::vector<std::vector<std::vector<cv::Point2d>>> polygons;
+};
+const char* ToString(LeftOut::Kind kind);
+
 /// Fills a window of the mosaic: grey and alpha, both CV_8UC1 of the window's size (alpha 0:
 /// unmapped).
 using MosaicSource = std::function<void(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha)>;
@@ -59,7 +72,7 @@ using MosaicSource = std::function<void(const cv::Rect& window, cv::Mat& grey, c
 class MapReader;
 
 /// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
-/// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots` (vector) and the tables
+/// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots`, `left_out` (vector) and the tables
 /// `keyframe_pictures`, `place_descriptors`, `keyframe_heights`, `view_mask`, `ceilmap_metadata`.
 ///
 /// All data are written to a partial file beside the target (with a fixed name, so that the next
@@ -95,6 +108,8 @@ class MapWriter {
   /// Writes everything except images and mosaic, once, before Commit.
   /// @throws InputError for an edge whose keyframes are not in the graph.
   void WriteGraph(const graph::MapGraph& graph);
+  /// Adds places that are not part of the mosaic.
+  void WriteLeftOut(const std::vector<LeftOut>& places);
   /// Renders the mosaic by windows (aligned to tiles) and builds its pyramid.
   /// @param grid  Without pixels: the map has no mosaic.
   /// @param source  Called for one window at a time, from another thread: the next window is
@@ -137,6 +152,8 @@ class MapReader {
   [[nodiscard]] std::vector<graph::FramePose> ReadTrajectory() const;
   [[nodiscard]] std::vector<graph::Edge> ReadEdges() const;
   [[nodiscard]] std::vector<graph::WeakSpot> ReadWeakSpots() const;
+  /// Empty in maps of earlier versions.
+  [[nodiscard]] std::vector<LeftOut> ReadLeftOut() const;
   [[nodiscard]] const graph::MapQuality& Quality() const;
   /// All of these. @throws InputError also when they are inconsistent (an edge or a frame refers to
   /// a missing keyframe).

@@ -168,6 +168,10 @@ std::string Problem(const MapMetadata& m) {
   return {};
 }
 
+const char* ToString(LeftOut::Kind kind) {
+  return kind == LeftOut::Kind::kMoves ? "moves" : "below_ceiling";
+}
+
 std::optional<double> HeightAboveFloor(const MapMetadata& metadata, double rho) {
   const double reference_m = metadata.view_focal_px * metadata.view_units_per_px;
   if (metadata.unit != "m" || reference_m <= 0 || metadata.ceiling_height_m <= 0 || rho <= 0) {

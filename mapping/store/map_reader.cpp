@@ -284,6 +284,15 @@ std::vector<graph::WeakSpot> MapReader::ReadWeakSpots() const {
   return impl_->ReadAll<graph::WeakSpot>(tables::kWeakSpots, tables::ToWeakSpot);
 }
 
+std::vector<LeftOut> MapReader::ReadLeftOut() const {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    const GdalScope gdal;
+    if (!impl_->Has(tables::kLeftOut)) return {};
+  }
+  return impl_->ReadAll<LeftOut>(tables::kLeftOut, tables::ToLeftOut);
+}
+
 const graph::MapQuality& MapReader::Quality() const {
   return impl_->quality;
 }

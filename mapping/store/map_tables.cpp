@@ -189,6 +189,13 @@ OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs) {
   return done ? layer : nullptr;
 }
 
+OGRLayer* CreateLeftOut(GDALDataset& dataset, OGRSpatialReference& srs) {
+  OGRLayer* layer = CreateTable(dataset, kLeftOut, &srs, wkbMultiPolygon, "fid");
+  const bool done =
+      layer != nullptr && AddField(*layer, "kind", OFTString) && AddField(*layer, "area", OFTReal);
+  return done ? layer : nullptr;
+}
+
 OGRLayer* CreateImages(GDALDataset& dataset, const char* name) {
   OGRLayer* layer = CreateTable(dataset, name, nullptr, wkbNone, "id");
   return layer != nullptr && AddField(*layer, kPng, OFTBinary) ? layer : nullptr;
@@ -259,6 +266,25 @@ bool Append(OGRLayer& layer, const graph::WeakSpot& spot) {
   row->SetField("extent", spot.extent);
   const OGRPoint point(spot.x, spot.y);
   row->SetGeometry(&point);
+  return layer.CreateFeature(row.get()) == OGRERR_NONE;
+}
+
+bool Append(OGRLayer& layer, const LeftOut& places) {
+  const FeaturePtr row = NewRow(layer);
+  row->SetField("kind", ToString(places.kind));
+  row->SetField("area", places.area);
+  OGRMultiPolygon shape;
+  for (const auto& rings : places.polygons) {
+    OGRPolygon polygon;
+    for (const auto& points : rings) {
+      OGRLinearRing ring;
+      for (const cv::Point2d& point : points) ring.addPoint(point.x, point.y);
+      ring.closeRings();
+      polygon.addRing(&ring);
+    }
+    shape.addGeometry(&polygon);
+  }
+  row->SetGeometry(&shape);
   return layer.CreateFeature(row.get()) == OGRERR_NONE;
 }
 
@@ -358,6 +384,35 @@ graph::WeakSpot ToWeakSpot(OGRFeature& row) {
     }
   }
   ThrowDamaged(row, "unknown kind");
+}
+
+LeftOut ToLeftOut(OGRFeature& row) {
+  LeftOut places;
+  places.area = Real(row, "area");
+  if (!(places.area >= 0)) ThrowDamaged(row, "a negative area");
+  const std::string text = row.GetFieldAsString(Column(row, "kind"));
+  const auto kinds = {LeftOut::Kind::kBelowCeiling, LeftOut::Kind::kMoves};
+  const auto* kind = std::find_if(kinds.begin(), kinds.end(), [&](LeftOut::Kind candidate) {
+    return text == ToString(candidate);
+  });
+  if (kind == kinds.end()) ThrowDamaged(row, "unknown kind");
+  places.kind = *kind;
+  const OGRGeometry* geometry = row.GetGeometryRef();
+  if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbMultiPolygon) {
+    ThrowDamaged(row, "no polygons");
+  }
+  for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) {
+    places.polygons.emplace_back();
+    for (const OGRLinearRing* ring : *polygon) {
+      std::vector<cv::Point2d> points;
+      for (int i = 0; i + 1 < ring->getNumPoints(); ++i) {
+        CheckCoordinates(row, ring->getX(i), ring->getY(i));
+        points.emplace_back(ring->getX(i), ring->getY(i));
+      }
+      places.polygons.back().push_back(std::move(points));
+    }
+  }
+  return places;
 }
 
 std::pair<std::int64_t, std::shared_ptr<const heights::HeightField>> ToHeights(OGRFeature& row) {

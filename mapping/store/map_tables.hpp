@@ -9,6 +9,7 @@
 
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/map_graph.hpp"
+#include "mapping/store/map_file.hpp"
 
 /// The tables of the map file and the conversion of their rows. Shared by MapWriter and MapReader
 /// so that each column is named once. Internal, because it uses GDAL.
@@ -19,6 +20,7 @@ inline constexpr char kKeyframes[] = "keyframes";
 inline constexpr char kTrajectory[] = "trajectory";
 inline constexpr char kEdges[] = "edges";
 inline constexpr char kWeakSpots[] = "weak_spots";
+inline constexpr char kLeftOut[] = "left_out";  ///< absent in maps of earlier versions
 inline constexpr char kImages[] = "keyframe_pictures";
 inline constexpr char kDescriptors[] = "place_descriptors";
 inline constexpr char kHeights[] = "keyframe_heights";  ///< absent in maps of earlier versions
@@ -34,6 +36,7 @@ OGRLayer* CreateKeyframes(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateTrajectory(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateEdges(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs);
+OGRLayer* CreateLeftOut(GDALDataset& dataset, OGRSpatialReference& srs);
 /// @param name  kImages or kMask.
 OGRLayer* CreateImages(GDALDataset& dataset, const char* name);
 OGRLayer* CreateDescriptors(GDALDataset& dataset);
@@ -48,6 +51,7 @@ bool Append(OGRLayer& layer,
             const Pose2& T_map_from,
             const Pose2& T_map_to);
 bool Append(OGRLayer& layer, const graph::WeakSpot& spot);
+bool Append(OGRLayer& layer, const LeftOut& places);
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const std::vector<unsigned char>& png);
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const cv::Mat& descriptors);
 bool Append(OGRLayer& layer, std::int64_t keyframe_id, const heights::HeightField& heights);
@@ -59,6 +63,7 @@ graph::Keyframe ToKeyframe(OGRFeature& row);
 graph::FramePose ToFramePose(OGRFeature& row);
 graph::Edge ToEdge(OGRFeature& row);
 graph::WeakSpot ToWeakSpot(OGRFeature& row);
+LeftOut ToLeftOut(OGRFeature& row);
 /// A keyframe's id and its heights.
 std::pair<std::int64_t, std::shared_ptr<const heights::HeightField>> ToHeights(OGRFeature& row);
 /// The stored bytes of a keyframe's image. @throws InputError when there are none.

@@ -100,6 +100,7 @@ void MapWriter::Impl::CreateTables() {
   Check(gdal,
         tables::CreateKeyframes(*dataset, srs) && tables::CreateTrajectory(*dataset, srs) &&
             tables::CreateEdges(*dataset, srs) && tables::CreateWeakSpots(*dataset, srs) &&
+            tables::CreateLeftOut(*dataset, srs) &&
             tables::CreateImages(*dataset, tables::kImages) &&
             tables::CreateImages(*dataset, tables::kMask) && tables::CreateDescriptors(*dataset) &&
             tables::CreateHeights(*dataset));
@@ -292,6 +293,14 @@ void MapWriter::WriteGraph(const graph::MapGraph& graph) {
   OGRLayer& metadata = impl_->Layer(tables::kMetadata);
   for (const auto& [key, value] : ToRows(graph.quality)) {
     impl_->Check(gdal, tables::Append(metadata, key, value));
+  }
+}
+
+void MapWriter::WriteLeftOut(const std::vector<LeftOut>& places) {
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  for (const LeftOut& place : places) {
+    impl_->Check(gdal, tables::Append(impl_->Layer(tables::kLeftOut), place));
   }
 }
 

@@ -29,7 +29,7 @@ TEST(Info, ReportsTheContentOfTheMap) {
   for (const char* text : {"test robot", "24 poses", "0.01 m per px", "2.400 m", "version 2"}) {
     EXPECT_THAT(table.out, HasSubstr(text));
   }
-  for (const char* row : {"loops closed", "not closed", "residuals", "weak spots"}) {
+  for (const char* row : {"left out", "loops closed", "not closed", "residuals", "weak spots"}) {
     EXPECT_THAT(Lines(table.out), Contains(StartsWith(row)));
   }
   const support::ProcessResult result = test.Run({"info", "m.gpkg", "--json"});
@@ -56,6 +56,7 @@ TEST(Info, ReportsTheContentOfTheMap) {
   EXPECT_EQ(quality["loops"].size(), 7U);
   EXPECT_LT(quality["odometry_rms"], 0.001) << "cut from one image: true to a part of a pixel";
   EXPECT_TRUE(info.at("weak_spots").is_array());
+  EXPECT_TRUE(info.at("left_out").is_array());
 }
 
 TEST(Export, WritesEveryFormat) {

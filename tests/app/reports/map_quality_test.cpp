@@ -43,6 +43,17 @@ std::vector<std::string> SpotRows(const std::vector<WeakSpot>& spots, int max_sp
   return rows;
 }
 
+TEST(LeftOutPlaces, AreStatedWithTheirAreas) {
+  const std::vector<store::LeftOut> places = {{store::LeftOut::Kind::kBelowCeiling, 12.34, {}},
+                                              {store::LeftOut::Kind::kMoves, 0.56, {}}};
+  EXPECT_EQ(Describe(places, "m"),
+            "12.3 m^2 where walls or furniture hide the ceiling; 0.6 m^2 below which something "
+            "moves");
+  EXPECT_EQ(Describe(std::vector<store::LeftOut>(), "m"), "nothing");
+  EXPECT_EQ(ToJson(places).dump(),
+            R"([{"kind":"below_ceiling","area":12.34},{"kind":"moves","area":0.56}])");
+}
+
 TEST(AddQuality, OneRowForEachQuestion) {
   EXPECT_THAT(
       Rows({}),

@@ -54,6 +54,72 @@ TEST(HeightMap, OneWrongMeasurementHasNoEffect) {
   EXPECT_FLOAT_EQ(HeightMap(drive.keyframes, drive.metadata).RatioAt(place.x, place.y), 1);
 }
 
+/// Sets the cells of a keyframe that show the surroundings of a place at a ratio.
+void SetAround(const cv::Point2d& place,
+               float shown_at,
+               const heights::HeightCell& value,
+               Drive& drive,
+               std::size_t k) {
+  constexpr double kRadius = 0.15;
+  auto field = std::make_shared<heights::HeightField>(*drive.keyframes[k].heights);
+  for (std::size_t i = 0; i < field->cells.size(); ++i) {
+    const Eigen::Vector2d at = field->Centre(i);
+    const cv::Point2d there = drive.views[k].ToMap(79.5 + at.x(), 59.5 + at.y(), shown_at);
+    if (cv::norm(there - place) < kRadius) field->cells[i] = value;
+  }
+  drive.keyframes[k].heights = field;
+}
+
+const cv::Point2d kOnDeck(-0.35, 0);
+
+TEST(HeightMap, ASurfaceThatOthersSeeThroughIsNone) {
+  Drive drive = two_planes::Rows();
+  // Two of the keyframes around the place measured something there, as below a fan.
+  for (const std::size_t k : {0, 4}) SetAround(kOnDeck, 1.6F, {1.6F, 0.01F}, drive, k);
+  EXPECT_FLOAT_EQ(HeightMap(drive.keyframes, drive.metadata).RatioAt(kOnDeck.x, kOnDeck.y), 1);
+}
+
+/// Twelve keyframes near each other. Only one of them has heights around kOnDeck, wrong ones.
+Drive WithOneOpinion() {
+  std::vector<Pose2> poses;
+  for (int i = 0; i < 12; ++i) poses.push_back({-0.4 + 0.02 * i, 0.03 * (i % 3), 0.1 * i});
+  Drive drive(poses);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    SetAround(kOnDeck, 1, heights::kUnknown, drive, k);
+  }
+  SetAround(kOnDeck, 1.3F, {1.3F, 0.01F}, drive, 0);
+  return drive;
+}
+
+TEST(HeightMap, ASurfaceOnWhichImagesDisagreeTakesTheHeightAroundIt) {
+  const Drive drive = WithOneOpinion();
+  HeightMap map(drive.keyframes, drive.metadata);
+  ASSERT_FLOAT_EQ(map.RatioAt(kOnDeck.x, kOnDeck.y), 1.3F);
+  const auto moves = [](const cv::Point2d& p_map, float /*rho*/) {
+    return cv::norm(p_map - kOnDeck) < 0.2 ? 0.5 : 1.0;
+  };
+  const std::vector<cv::Point2d> moving = map.Settle(drive.keyframes, drive.metadata, moves);
+  EXPECT_FLOAT_EQ(map.RatioAt(kOnDeck.x, kOnDeck.y), 1);
+  ASSERT_FALSE(moving.empty());
+  for (const cv::Point2d& place : moving) EXPECT_LT(cv::norm(place - kOnDeck), 0.4);
+}
+
+TEST(HeightMap, WhatASurfaceExplainsDoesNotMove) {
+  const Drive drive = WithOneOpinion();
+  HeightMap map(drive.keyframes, drive.metadata);
+  const auto deck = [](const cv::Point2d& /*p_map*/, float rho) { return rho < 1.1F ? 1.0 : 0.5; };
+  EXPECT_TRUE(map.Settle(drive.keyframes, drive.metadata, deck).empty());
+  EXPECT_FLOAT_EQ(map.RatioAt(kOnDeck.x, kOnDeck.y), 1);
+}
+
+TEST(HeightMap, ASurfaceOnWhichImagesAgreeStays) {
+  const Drive drive = WithOneOpinion();
+  HeightMap map(drive.keyframes, drive.metadata);
+  const auto agree = [](const cv::Point2d& /*p_map*/, float /*rho*/) { return 0.9; };
+  EXPECT_TRUE(map.Settle(drive.keyframes, drive.metadata, agree).empty());
+  EXPECT_FLOAT_EQ(map.RatioAt(kOnDeck.x, kOnDeck.y), 1.3F);
+}
+
 TEST(HeightMap, ANearerSurfaceHidesWhatIsBehindIt) {
   const Drive drive = two_planes::Rows();
   const HeightMap map(drive.keyframes, drive.metadata);

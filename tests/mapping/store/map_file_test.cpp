@@ -125,6 +125,30 @@ TEST(MapFile, KeepsHeightsExactly) {
   }
 }
 
+TEST(MapFile, KeepsWhatIsLeftOut) {
+  const support::TempFolder folder;
+  LeftOut walls;
+  walls.area = 12.25;
+  walls.polygons = {{{{0, 0}, {4, 0}, {4, 3}, {0, 3}}, {{1, 1}, {1, 2}, {2, 2}}},
+                    {{{5, 5}, {6, 5}, {6, 6.5}}}};
+  LeftOut fan;
+  fan.kind = LeftOut::Kind::kMoves;
+  fan.area = 0.5;
+  fan.polygons = {{{{1.5, 1.5}, {2, 1.5}, {2, 2.5}}}};
+  {
+    MapWriter writer(folder / "map.gpkg", synthetic::Metadata({64, 48}, 0.01));
+    writer.WriteLeftOut({walls, fan});
+    writer.Commit();
+  }
+  const std::vector<LeftOut> read = MapReader(folder / "map.gpkg").ReadLeftOut();
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[0].kind, LeftOut::Kind::kBelowCeiling);
+  EXPECT_EQ(read[0].area, walls.area);
+  EXPECT_EQ(read[0].polygons, walls.polygons);
+  EXPECT_EQ(read[1].kind, LeftOut::Kind::kMoves);
+  EXPECT_EQ(read[1].polygons, fan.polygons);
+}
+
 TEST(MapFile, KeepsWeakSpotsAndQualityExactly) {
   const support::TempFolder folder;
   const graph::MapGraph graph = SmallMap().Graph();

@@ -206,7 +206,8 @@ TEST(Scene, SamplesAreValid) {
                            "plant",
                            "plant-debris",
                            "beams-corridor",
-                           "fans"}) {
+                           "fans",
+                           "living-room"}) {
     const fs::path file = scenes / (std::string(name) + ".yaml");
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }
