@@ -268,12 +268,11 @@ Eigen::Vector2d BlockStage::Centre(int block) const {
           corner.y + middle - 0.5 * (size_.height - 1)};
 }
 
-bool BlockStage::MeasureBlock(const Level& reference,
-                              const Level& current,
-                              int block,
-                              const kernels::Affine& map,
-                              int search_px,
-                              BlockShift& shift) {
+/// Leaves the correlation surface in `poc_`; false where the current image is blank.
+bool BlockStage::CorrelateBlock(const Level& reference,
+                                const Level& current,
+                                int block,
+                                const kernels::Affine& map) {
   const double power = same_recording_ ? CodedPower(reference.noise, current.noise)
                                        : WhitePower(reference.noise, current.noise);
   const double noise = kBlockNoiseFactor * poc_.WindowPower() * power;
@@ -281,6 +280,28 @@ bool BlockStage::MeasureBlock(const Level& reference,
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);
   poc_.Correlate((reference.*blocks_)[static_cast<std::size_t>(block)].spectrum, spectrum_, noise);
+  return true;
+}
+
+bool BlockStage::Correlate(const Level& reference,
+                           const Level& current,
+                           const ImageMotion& motion,
+                           int block,
+                           int reach,
+                           float* surface) {
+  const kernels::Affine map = SamplingMap(motion, size_, corners_[static_cast<std::size_t>(block)]);
+  if (!Inside(map, current) || !CorrelateBlock(reference, current, block, map)) return false;
+  poc_.Normalized(reach, surface);
+  return true;
+}
+
+bool BlockStage::MeasureBlock(const Level& reference,
+                              const Level& current,
+                              int block,
+                              const kernels::Affine& map,
+                              int search_px,
+                              BlockShift& shift) {
+  if (!CorrelateBlock(reference, current, block, map)) return false;
   const PocPeak peak = poc_.PeakWithin(search_px);
   if (peak.height <= 0) return false;
   shift.point = Centre(block);

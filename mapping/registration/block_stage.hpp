@@ -74,6 +74,15 @@ class BlockStage {
                int search_px,
                std::vector<BlockShift>& shifts);
 
+  /// The correlation surface of a block within +-reach pixels of `motion` (PocPlane::Normalized).
+  /// @return false where it cannot be compared.
+  bool Correlate(const Level& reference,
+                 const Level& current,
+                 const ImageMotion& motion,
+                 int block,
+                 int reach,
+                 float* surface);
+
   /// See Dissimilarity. @param noise_power  Expected difference of a pixel, grey levels squared.
   Dissimilarity Compare(const Level& reference,
                         const Level& current,
@@ -95,6 +104,10 @@ class BlockStage {
  private:
   void SampleBlock(const Level& level, const kernels::Affine& map, RealArray& samples) const;
   void CopyBlock(const Level& level, cv::Point corner, RealArray& samples) const;
+  bool CorrelateBlock(const Level& reference,
+                      const Level& current,
+                      int block,
+                      const kernels::Affine& map);
   bool MeasureBlock(const Level& reference,
                     const Level& current,
                     int block,

@@ -48,11 +48,13 @@ struct FrameSpectrum::Fine {
   bool impulses = false;  ///< the image has impulse noise, which was removed (WithoutImpulses)
   Level fine;             ///< the image, reduced if it is very large (FineStage)
   Level rough;            ///< half the resolution of `fine`
+  Level broad;            ///< half the resolution of `rough`; of JointStage
 
   std::mutex blocks_mutex;
   bool rough_ready = false;
   bool fine_ready = false;
   bool small_ready = false;
+  bool broad_ready = false;
   LocalFeatures features;  ///< of `rough`
   bool features_ready = false;
 };

@@ -214,4 +214,19 @@ PocPeak PocPlane::PeakWithin(int reach) const {
   return peak;
 }
 
+void PocPlane::Normalized(int reach, float* values) const {
+  const Eigen::Map<const Eigen::VectorXf> all(surface_.data(),
+                                              static_cast<Eigen::Index>(surface_.size()));
+  const float power = all.squaredNorm() / static_cast<float>(surface_.size());
+  if (!(power > 0)) {
+    const int count = (2 * reach + 1) * (2 * reach + 1);
+    std::fill_n(values, count, 0.0F);
+    return;
+  }
+  const float factor = 1 / std::sqrt(power);
+  for (int y = -reach; y <= reach; ++y) {
+    for (int x = -reach; x <= reach; ++x) *values++ = factor * At(x, y);
+  }
+}
+
 }  // namespace ceilmap::registration

@@ -82,6 +82,10 @@ class PocPlane {
   /// Highest peak with both coordinates within +-reach pixels (reach < size / 2). Height 0 if there
   /// is none.
   [[nodiscard]] PocPeak PeakWithin(int reach) const;
+  /// The surface within +-reach pixels (reach < size / 2), row by row, divided by the root mean
+  /// square of all of it: of images that have nothing in common, standard normal variables.
+  /// @param values  (2 reach + 1)^2; all 0 for a surface of zeros.
+  void Normalized(int reach, float* values) const;
 
  private:
   [[nodiscard]] float At(int x, int y) const;

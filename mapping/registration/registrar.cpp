@@ -13,6 +13,7 @@
 #include "mapping/registration/depth_stage.hpp"
 #include "mapping/registration/fine_stage.hpp"
 #include "mapping/registration/impulses.hpp"
+#include "mapping/registration/joint_stage.hpp"
 #include "mapping/registration/noise.hpp"
 #include "mapping/registration/rivals.hpp"
 
@@ -38,6 +39,12 @@ struct Registrar::Impl {
     return *depth;
   }
 
+  /// Made for the first image of weak texture.
+  JointStage& Joint() {
+    if (!joint) joint.emplace(size, params);
+    return *joint;
+  }
+
   using Coarse = FrameSpectrum::Coarse;
   using Fine = FrameSpectrum::Fine;
   cv::Size size;
@@ -45,6 +52,7 @@ struct Registrar::Impl {
   CoarseStage coarse;
   FineStage fine;
   std::optional<DepthStage> depth;
+  std::optional<JointStage> joint;
   std::shared_ptr<BufferPool<Coarse>> coarse_pool = std::make_shared<BufferPool<Coarse>>();
   std::shared_ptr<BufferPool<Fine>> fine_pool = std::make_shared<BufferPool<Fine>>();
   cv::Mat clean;
@@ -92,6 +100,7 @@ std::shared_ptr<FrameSpectrum::Fine> Registrar::Impl::AnalyzeFine(const cv::Mat&
   data->rough_ready = false;
   data->fine_ready = false;
   data->small_ready = false;
+  data->broad_ready = false;
   data->features_ready = false;
   fine.Analyze(clean_grey, noise, *data, mask);
   return data;
@@ -291,6 +300,32 @@ Registration Registrar::RegisterWithDepth(const FrameSpectrum& reference,
                                           const std::optional<MotionPrior>& prior,
                                           const std::optional<ImageMotion>& start) {
   return impl_->RunWithDepth(reference, impl_->Depth().Unknown(), current, prior, start);
+}
+
+Registration Registrar::RegisterJointly(const FrameSpectrum& reference,
+                                        const FrameSpectrum& current,
+                                        const MotionPrior& prior) {
+  if (reference.empty() || current.empty()) {
+    throw std::invalid_argument("Registrar::RegisterJointly: an empty FrameSpectrum");
+  }
+  JointStage& joint = impl_->Joint();
+  joint.Prepare(*reference.fine_);
+  joint.Prepare(*current.fine_);
+  return joint.Match({*reference.fine_, *current.fine_, reference.Heights()}, prior);
+}
+
+Registration Registrar::CorrectJointly(const FrameSpectrum& reference,
+                                       const FrameSpectrum& current,
+                                       const ImageMotion& expected,
+                                       const Eigen::Matrix3d& covariance) {
+  if (reference.empty() || current.empty()) {
+    throw std::invalid_argument("Registrar::CorrectJointly: an empty FrameSpectrum");
+  }
+  JointStage& joint = impl_->Joint();
+  joint.Prepare(*reference.fine_);
+  joint.Prepare(*current.fine_);
+  return joint.Posterior(
+      {*reference.fine_, *current.fine_, reference.Heights()}, expected, covariance);
 }
 
 PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,

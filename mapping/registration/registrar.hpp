@@ -188,6 +188,23 @@ class Registrar {
       const std::optional<MotionPrior>& prior = std::nullopt,
       const std::optional<ImageMotion>& start = std::nullopt);
 
+  /// Near a predicted motion, where the images have so weak a texture that Register finds none: the
+  /// correlation of all blocks together (JointStage). The prior chooses the motion in directions
+  /// that the images do not determine, and the covariance is large there. Takes about as long as
+  /// Register.
+  [[nodiscard]] Registration RegisterJointly(const FrameSpectrum& reference,
+                                             const FrameSpectrum& current,
+                                             const MotionPrior& prior);
+
+  /// The same as a correction of an expectation: mean and covariance of the motion as the images
+  /// and the expectation together tell it, to be used in place of the expectation. Where the images
+  /// tell nothing it is the expectation itself. @param covariance  of the expected (tx_px, ty_px,
+  /// theta_rad). @return kOk, or kNoMatch where the images cannot be compared.
+  [[nodiscard]] Registration CorrectJointly(const FrameSpectrum& reference,
+                                            const FrameSpectrum& current,
+                                            const ImageMotion& expected,
+                                            const Eigen::Matrix3d& covariance);
+
   /// The grid of cells of height fields, nothing known.
   [[nodiscard]] const heights::HeightField& EmptyHeights() const;
   /// The heights of `current` as those of `reference` predict them. @param reference  has heights.

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
@@ -218,6 +220,46 @@ TEST(PocPlane, SearchesWithinTheGivenReach) {
   EXPECT_LT(ErrorTo(poc.PeakWithin(10), 9, 0), 1e-2);
 }
 
+TEST(PocPlane, NormalizedSurfacesHaveUnitPower) {
+  const cv::Size size(64, 64);
+  constexpr int kReach = 31;
+  constexpr int kSide = 2 * kReach + 1;
+  PocPlane poc(size);
+  cv::RNG random(21);
+  const auto noise = [&](double sigma) {
+    cv::Mat image(size, CV_32FC1);
+    random.fill(image, cv::RNG::NORMAL, 0, sigma);
+    return poc.Spectrum(image);
+  };
+  std::vector<float> values(kSide * kSide);
+  for (const double sigma : {1.0, 40.0}) {
+    poc.Correlate(noise(sigma), noise(sigma), 0.5 * sigma * sigma * poc.WindowPower());
+    poc.Normalized(kReach, values.data());
+    const Eigen::Map<const Eigen::VectorXf> z(values.data(), Eigen::Index{kSide} * kSide);
+    EXPECT_NEAR(z.squaredNorm() / static_cast<float>(z.size()), 1, 0.05);
+    EXPECT_NEAR(z.mean(), 0, 0.1);
+    EXPECT_LT(z.maxCoeff(), 5) << "images without anything in common";
+  }
+}
+
+TEST(PocPlane, NormalizedSurfacesArePeakedAtTheShift) {
+  constexpr int kReach = 9;
+  constexpr int kSide = 2 * kReach + 1;
+  PocPlane poc(kWindowSize, Periodic());
+  PeriodicImage image(22);
+  std::vector<float> values(kSide * kSide);
+  for (const cv::Point shift : {cv::Point(7, -3), cv::Point(-9, 9), cv::Point(0, 0)}) {
+    poc.Correlate(poc.Spectrum(image.Shifted({0, 0})),
+                  poc.Spectrum(image.Shifted(Eigen::Vector2d(shift.x, shift.y))),
+                  1e-3);
+    poc.Normalized(kReach, values.data());
+    const auto most = std::max_element(values.begin(), values.end());
+    const auto at = static_cast<int>(most - values.begin());
+    EXPECT_EQ(cv::Point(at % kSide - kReach, at / kSide - kReach), shift);
+    EXPECT_GT(*most, 10);
+  }
+}
+
 TEST(PocPlane, EmptyImagesHaveNoPeak) {
   PocPlane poc(kWindowSize);
   const ComplexArray nothing = poc.Spectrum(cv::Mat(kWindowSize, CV_8UC1, cv::Scalar(77)));
@@ -226,6 +268,9 @@ TEST(PocPlane, EmptyImagesHaveNoPeak) {
     EXPECT_TRUE(poc.BestPeaks(3).empty());
     EXPECT_EQ(poc.PeakWithin(4).height, 0);
   }
+  std::vector<float> values(9 * 9, 1);
+  poc.Normalized(4, values.data());
+  EXPECT_EQ(values, std::vector<float>(9 * 9, 0));
 }
 
 TEST(PocPlane, RefusesOtherImages) {

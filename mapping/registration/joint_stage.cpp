@@ -1,0 +1,440 @@
+#include "mapping/registration/joint_stage.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/base/pose2.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+constexpr int kBlockPx = 32;
+constexpr int kBlocks = 90;
+// A block says nothing of shifts that leave it with less than half of its content.
+constexpr int kSurfaceReach = kBlockPx / 2 - 1;
+constexpr int kSurfaceSide = 2 * kSurfaceReach + 1;
+constexpr std::size_t kSurfaceArea = std::size_t{kSurfaceSide} * kSurfaceSide;
+constexpr int kMinBlocks = 8;
+// Largest evidence of one block, nats.
+constexpr float kBlockNats = 20;
+// The search covers so many standard deviations of the prior, within these limits, level px and
+// rad.
+constexpr double kPriorSigmas = 3;
+constexpr int kMinReach = 4;
+constexpr int kMaxReach = 12;
+constexpr double kMinTurn = 0.015;
+constexpr double kMaxTurn = 0.1;
+// Reach of the second round, level px, and its turns, steps.
+constexpr int kCloseReach = 5;
+constexpr int kCloseTurns = 5;
+// Blocks overlap by half, and their noise is not white: the evidence counts the same content this
+// many times.
+constexpr double kCountedTimes = 20;
+// Motions further than this from the best one are others, level px at the image's corner.
+constexpr double kOtherPx = 3;
+// ... unless a maximum of this curvature loses no more than this on the way there, nats.
+constexpr double kNeighbourNats = 10;
+// Less evidence of a block is chance, nats.
+constexpr float kSomeNats = 5;
+// The best motion must exceed all others by this evidence, nats, ...
+constexpr double kMinLead = 12;
+// ... and chance by this.
+constexpr double kMinNats = 40;
+// Evidence of chance, nats per block: a motion with less may be any.
+constexpr double kChanceNats = 2;
+// Standard deviation of the height of what is seen, ratio: where it is known, and where not.
+constexpr double kKnownHeightSigma = 0.03;
+constexpr double kHeightSigma = 0.08;
+// Curvature of the waves that chance makes in the evidence, nats per squared step and block.
+constexpr double kWavesPerBlock = 0.5;
+// Smallest information that counts as some, 1 / px^2 of the level.
+constexpr double kMinInformation = 1e-4;
+
+/// Catmull-Rom weights of four samples, for a position between the second and the third.
+std::array<float, 4> CubicTaps(double part) {
+  const auto t = static_cast<float>(part);
+  return {0.5F * t * (-1 + t * (2 - t)),
+          1 + 0.5F * t * t * (-5 + 3 * t),
+          0.5F * t * (1 + t * (4 - 3 * t)),
+          0.5F * t * t * (t - 1)};
+}
+
+/// 255 where all rough pixels of a pixel have content; empty: everywhere.
+cv::Mat ContentOf(const cv::Mat& rough_blank, cv::Size size) {
+  if (rough_blank.empty()) return {};
+  cv::Mat content(size, CV_8UC1);
+  for (int y = 0; y < content.rows; ++y) {
+    const int* above = rough_blank.ptr<int>(2 * y);
+    const int* below = rough_blank.ptr<int>(2 * y + 2);
+    auto* row = content.ptr<unsigned char>(y);
+    for (int x = 0; x < content.cols; ++x) {
+      const int left = 2 * x;
+      const int count = below[left + 2] - below[left] - above[left + 2] + above[left];
+      row[x] = count == 0 ? 255 : 0;
+    }
+  }
+  return content;
+}
+
+/// Covariance in lattice steps. Along an edge the evidence is a ridge on which chance makes waves:
+/// their curvature is no information.
+Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& information, std::size_t blocks) {
+  constexpr double kLeast = 0.05;  // part of the information that is left
+  Eigen::Matrix3d covariance = information.inverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance.topLeftCorner<2, 2>());
+  const double waves = kWavesPerBlock * static_cast<double>(blocks);
+  for (int i = 0; i < 2; ++i) {
+    const double variance = eigen.eigenvalues()[i];
+    const double left = std::max(1 - waves * variance, kLeast);
+    const Eigen::Vector2d axis = eigen.eigenvectors().col(i);
+    covariance.topLeftCorner<2, 2>() += variance * (1 / left - 1) * axis * axis.transpose();
+  }
+  return kCountedTimes * covariance;
+}
+
+}  // namespace
+
+std::size_t JointStage::Lattice::Index(int turn, int y, int x) const {
+  const int side = Side();
+  return (static_cast<std::size_t>(turn + turns) * static_cast<std::size_t>(side) +
+          static_cast<std::size_t>(y + reach)) *
+             static_cast<std::size_t>(side) +
+         static_cast<std::size_t>(x + reach);
+}
+
+JointStage::JointStage(cv::Size size, const RegistrarParams& params)
+    : frame_(size, 4 * FineFactor(size)),
+      rough_size_(LevelFrame(size, 2 * FineFactor(size)).size),
+      half_diagonal_px_(0.5 * std::hypot(frame_.size.width, frame_.size.height)),
+      blocks_(frame_.size,
+              LevelMask(params.mask, frame_.size),
+              {kBlockPx, kBlocks, &Level::blocks},
+              params.same_recording),
+      principal_px_(frame_.CameraOf(params.camera).principal_px) {}
+
+void JointStage::Prepare(FrameSpectrum::Fine& data) {
+  const std::scoped_lock lock(data.blocks_mutex);
+  if (data.broad_ready) return;
+  Level& broad = data.broad;
+  broad.grey.Resize(static_cast<std::size_t>(frame_.size.area()));
+  broad.noise = data.rough.noise.Reduced(2);
+  const cv::Mat rough(rough_size_, CV_32FC1, data.rough.grey.data());
+  const cv::Rect even(0, 0, 2 * frame_.size.width, 2 * frame_.size.height);
+  cv::Mat reduced(frame_.size, CV_32FC1, broad.grey.data());
+  cv::resize(rough(even), reduced, frame_.size, 0, 0, cv::INTER_AREA);
+  broad.blank.release();
+  const cv::Mat mask = ContentOf(data.rough.blank, frame_.size);
+  if (!mask.empty()) blocks_.TakeMask(mask, broad);
+  blocks_.PrepareReference(broad);
+  data.broad_ready = true;
+}
+
+/// The start's motion of the block's content, which is nearer or farther than the reference plane.
+ImageMotion JointStage::MotionOf(int block,
+                                 const heights::HeightField* known,
+                                 const ImageMotion& start) const {
+  if (known == nullptr) return start;
+  const Eigen::Vector2d at = frame_.factor * blocks_.Centre(block) + frame_.offset;
+  const double rho = known->Around(at).rho;
+  const Eigen::Vector2d turned =
+      principal_px_ - Eigen::Rotation2Dd(start.theta_rad) * principal_px_;
+  ImageMotion motion = start;
+  motion.tx_px = turned.x() + rho * (start.tx_px - turned.x());
+  motion.ty_px = turned.y() + rho * (start.ty_px - turned.y());
+  return motion;
+}
+
+bool JointStage::MeasureSurfaces(const Images& images, const ImageMotion& start) {
+  const Level& reference = images.reference.broad;
+  const Level& current = images.current.broad;
+  const auto chosen = blocks_.Select(reference, current, start, blocks_.GridSize());
+  centres_.clear();
+  surfaces_.resize(kSurfaceArea * chosen.size());
+  for (const int block : chosen) {
+    float* surface = surfaces_.data() + kSurfaceArea * centres_.size();
+    const ImageMotion motion = MotionOf(block, images.heights, start);
+    if (!blocks_.Correlate(reference, current, motion, block, kSurfaceReach, surface)) continue;
+    centres_.push_back(blocks_.Centre(block));
+  }
+  weights_.clear();
+  for (std::size_t block = 0; block < centres_.size(); ++block) {
+    const float* surface = surfaces_.data() + block * kSurfaceArea;
+    const float most = std::max(0.0F, *std::max_element(surface, surface + kSurfaceArea));
+    weights_.push_back(0.5F * kBlockNats / std::max(kBlockNats, 0.5F * most * most));
+  }
+  return static_cast<int>(centres_.size()) >= kMinBlocks;
+}
+
+/// Adds the evidence of one block under a turn, which moves the block so that its surface is read
+/// beside the shift. The surface is band-limited and interpolated before it is squared.
+void JointStage::AddBlock(std::size_t block, int turn, Lattice& lattice) {
+  const double theta = turn * lattice.turn_step;
+  const Eigen::Vector2d moved(-theta * centres_[block].y(), theta * centres_[block].x());
+  const int left = static_cast<int>(std::floor(moved.x()));
+  const int top = static_cast<int>(std::floor(moved.y()));
+  const std::array<float, 4> across = CubicTaps(moved.x() - left);
+  const std::array<float, 4> down = CubicTaps(moved.y() - top);
+  const int side = kSurfaceSide;
+  const float* surface = surfaces_.data() + block * kSurfaceArea;
+  // The part of the lattice for which all samples are on the surface.
+  const int first_x = std::max(-lattice.reach, 1 - left - kSurfaceReach);
+  const int last_x = std::min(lattice.reach, kSurfaceReach - 2 - left);
+  const int first_y = std::max(-lattice.reach, 1 - top - kSurfaceReach);
+  const int last_y = std::min(lattice.reach, kSurfaceReach - 2 - top);
+  row_.resize(static_cast<std::size_t>(side));
+  for (int y = first_y; y <= last_y; ++y) {
+    const float* rows = surface + (y + top + kSurfaceReach - 1) * side;
+    for (int column = 0; column < side; ++column) {
+      row_[static_cast<std::size_t>(column)] =
+          down[0] * rows[column] + down[1] * rows[column + side] +
+          down[2] * rows[column + 2 * side] + down[3] * rows[column + 3 * side];
+    }
+    float* sum = lattice.nats.data() + lattice.Index(turn, y, 0);
+    const float* samples = row_.data() + left + kSurfaceReach - 1;
+    for (int x = first_x; x <= last_x; ++x) {
+      const float z = across[0] * samples[x] + across[1] * samples[x + 1] +
+                      across[2] * samples[x + 2] + across[3] * samples[x + 3];
+      sum[x] += z > 0 ? weights_[block] * z * z : 0.0F;
+    }
+  }
+}
+
+void JointStage::AddUp(Lattice& lattice) {
+  const auto side = static_cast<std::size_t>(lattice.Side());
+  lattice.nats.assign(side * side * static_cast<std::size_t>(2 * lattice.turns + 1), 0);
+  for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) {
+    for (std::size_t block = 0; block < centres_.size(); ++block) AddBlock(block, turn, lattice);
+  }
+}
+
+ImageMotion JointStage::MotionAt(const Lattice& lattice,
+                                 const ImageMotion& start,
+                                 const Eigen::Vector3d& at) {
+  return Compose(start, {at.x(), at.y(), at.z() * lattice.turn_step, 1});
+}
+
+double JointStage::LogPrior(const MotionPrior& prior, const ImageMotion& motion) const {
+  const double sigma_px = prior.sigma_px / frame_.factor;
+  const ImageMotion expected = frame_.FromFull(prior.motion);
+  const double shift =
+      std::hypot(motion.tx_px - expected.tx_px, motion.ty_px - expected.ty_px) / sigma_px;
+  const double turn = WrapAngle(motion.theta_rad - expected.theta_rad) / prior.sigma_theta_rad;
+  return -0.5 * (shift * shift + turn * turn);
+}
+
+/// @param best  If given, the best motion that is none of its neighbours: those that the curvature
+/// of the evidence there, `information`, explains.
+JointStage::Peak JointStage::FindPeak(const Lattice& lattice,
+                                      const ImageMotion& start,
+                                      const MotionPrior& prior,
+                                      const Peak* best,
+                                      const Eigen::Matrix3d& information) const {
+  Peak peak;
+  peak.score = -1e9;
+  for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) {
+    for (int y = -lattice.reach; y <= lattice.reach; ++y) {
+      for (int x = -lattice.reach; x <= lattice.reach; ++x) {
+        const double nats = lattice.At(turn, y, x);
+        if (nats < peak.score) continue;
+        if (best != nullptr) {
+          const Eigen::Vector3d d(x - best->x, y - best->y, turn - best->turn);
+          const double corner_px =
+              d.head<2>().norm() + std::abs(d.z()) * lattice.turn_step * half_diagonal_px_;
+          if (corner_px < kOtherPx || 0.5 * d.dot(information * d) < kNeighbourNats) continue;
+        }
+        const Eigen::Vector3d at(x, y, turn);
+        const double score = nats + LogPrior(prior, MotionAt(lattice, start, at));
+        if (score > peak.score) peak = {turn, y, x, nats, score};
+      }
+    }
+  }
+  return peak;
+}
+
+/// The maximum of the quadratic form through the evidence around a peak, in lattice steps, and its
+/// curvature. At the border of the lattice there is none.
+bool JointStage::Settle(const Lattice& lattice,
+                        const Peak& peak,
+                        Eigen::Vector3d& offset,
+                        Eigen::Matrix3d& information) {
+  if (std::abs(peak.turn) >= lattice.turns || std::abs(peak.y) >= lattice.reach ||
+      std::abs(peak.x) >= lattice.reach) {
+    return false;
+  }
+  const auto at = [&](int dx, int dy, int dturn) -> double {
+    return lattice.At(peak.turn + dturn, peak.y + dy, peak.x + dx);
+  };
+  const auto along = [&](int axis, int step) {
+    return at(axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0);
+  };
+  const auto both = [&](int a, int b, int step_a, int step_b) {
+    std::array<int, 3> d = {0, 0, 0};
+    d.at(static_cast<std::size_t>(a)) = step_a;
+    d.at(static_cast<std::size_t>(b)) = step_b;
+    return at(d[0], d[1], d[2]);
+  };
+  Eigen::Vector3d gradient;
+  for (int a = 0; a < 3; ++a) {
+    gradient[a] = 0.5 * (along(a, 1) - along(a, -1));
+    information(a, a) = 2 * at(0, 0, 0) - along(a, 1) - along(a, -1);
+    for (int b = 0; b < a; ++b) {
+      information(a, b) = information(b, a) =
+          -0.25 * (both(a, b, 1, 1) - both(a, b, 1, -1) - both(a, b, -1, 1) + both(a, b, -1, -1));
+    }
+  }
+  // Along an edge the evidence is a ridge, with some waves of noise.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(information);
+  const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(kMinInformation);
+  information = eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
+  offset = information.inverse() * gradient;
+  const double largest = offset.cwiseAbs().maxCoeff();
+  if (largest > 1) offset /= largest;
+  return true;
+}
+
+/// Blocks of whose evidence the motion has at least half, and of which there is some.
+int JointStage::CountAgreeing(const Lattice& lattice, const Peak& peak) const {
+  const int side = kSurfaceSide;
+  const double theta = peak.turn * lattice.turn_step;
+  int agreeing = 0;
+  for (std::size_t block = 0; block < centres_.size(); ++block) {
+    const Eigen::Vector2d& centre = centres_[block];
+    const long column = std::lround(peak.x - theta * centre.y()) + kSurfaceReach;
+    const long row = std::lround(peak.y + theta * centre.x()) + kSurfaceReach;
+    if (column < 0 || row < 0 || column >= side || row >= side) continue;
+    const float* surface = surfaces_.data() + block * kSurfaceArea;
+    const float most = *std::max_element(surface, surface + side * side);
+    const float here = std::max(0.0F, surface[row * side + column]);
+    if (0.5F * here * here > kSomeNats && 2 * here * here > most * most) ++agreeing;
+  }
+  return agreeing;
+}
+
+/// The lattice that covers a prior.
+JointStage::Lattice JointStage::LatticeFor(double sigma_px, double sigma_rad) const {
+  Lattice lattice;
+  lattice.turn_step = 1 / half_diagonal_px_;
+  const double reach = std::ceil(kPriorSigmas * sigma_px / frame_.factor) + 1;
+  lattice.reach = static_cast<int>(std::clamp<double>(reach, kMinReach, kMaxReach));
+  const double most_turn = std::clamp(kPriorSigmas * sigma_rad, kMinTurn, kMaxTurn);
+  lattice.turns = static_cast<int>(std::ceil(most_turn / lattice.turn_step));
+  return lattice;
+}
+
+/// From lattice steps in the axes of the reference to full pixels and radians in those of the
+/// current image.
+Eigen::Matrix3d JointStage::FullAxes(const Lattice& lattice, const ImageMotion& start) const {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  axes.topLeftCorner<2, 2>() =
+      frame_.factor * Eigen::Rotation2Dd(start.theta_rad).toRotationMatrix();
+  axes(2, 2) = lattice.turn_step;
+  return axes;
+}
+
+Registration JointStage::Match(const Images& images, const MotionPrior& prior) {
+  Registration result;
+  ImageMotion start = frame_.FromFull(prior.motion);
+  start.scale = 1;
+  Lattice wide = LatticeFor(prior.sigma_px, prior.sigma_theta_rad);
+  if (!MeasureSurfaces(images, start)) return result;
+  AddUp(wide);
+  const Peak first = FindPeak(wide, start, prior, nullptr, {});
+  Eigen::Vector3d offset;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  (void)Settle(wide, first, offset, information);
+  const double first_lead = first.score - FindPeak(wide, start, prior, &first, information).score;
+  // Again from there: a block that had moved far had only a part of its content.
+  start = MotionAt(wide, start, Eigen::Vector3d(first.x, first.y, first.turn));
+  Lattice close;
+  close.turn_step = 0.5 * wide.turn_step;
+  close.reach = kCloseReach;
+  close.turns = kCloseTurns;
+  if (!MeasureSurfaces(images, start)) return result;
+  AddUp(close);
+  const Peak best = FindPeak(close, start, prior, nullptr, {});
+  if (!Settle(close, best, offset, information)) return result;
+  const Eigen::Vector3d at = Eigen::Vector3d(best.x, best.y, best.turn) + offset;
+  const ImageMotion found = MotionAt(close, start, at);
+  result.motion = frame_.ToFull(found);
+  const Eigen::Matrix3d axes = FullAxes(close, start);
+  const Eigen::Matrix3d steps = CovarianceOf(information, centres_.size());
+  result.covariance.topLeftCorner<3, 3>() = axes * steps * axes.transpose();
+  // What little is seen may hang below the ceiling.
+  const Eigen::Vector2d travel(result.motion.tx_px, result.motion.ty_px);
+  const double height_sigma = images.heights != nullptr ? kKnownHeightSigma : kHeightSigma;
+  result.covariance.topLeftCorner<2, 2>() +=
+      height_sigma * height_sigma * travel * travel.transpose();
+  result.overlap = OverlapOf(found, frame_.size);
+  result.blocks = static_cast<int>(centres_.size());
+  result.inliers = CountAgreeing(close, best);
+  const double all = kBlockNats * static_cast<double>(centres_.size());
+  result.peak = best.nats / all;
+  const Peak other = FindPeak(close, start, prior, &best, information);
+  const double lead = std::min(best.score - other.score, first_lead);
+  result.runner_up = std::max(0.0, best.nats - lead) / all;
+  if (best.nats < kMinNats) return result;
+  result.verdict = lead < kMinLead ? Verdict::kAmbiguous : Verdict::kOk;
+  return result;
+}
+
+Registration JointStage::Posterior(const Images& images,
+                                   const ImageMotion& expected,
+                                   const Eigen::Matrix3d& covariance) {
+  Registration result;
+  result.motion = expected;
+  ImageMotion start = frame_.FromFull(expected);
+  start.scale = 1;
+  Lattice lattice =
+      LatticeFor(std::sqrt(covariance.topLeftCorner<2, 2>().trace()), std::sqrt(covariance(2, 2)));
+  if (!MeasureSurfaces(images, start)) return result;
+  AddUp(lattice);
+  const double chance = kChanceNats * static_cast<double>(centres_.size());
+  result.blocks = static_cast<int>(centres_.size());
+  const float most = *std::max_element(lattice.nats.begin(), lattice.nats.end());
+  if (most < chance) {
+    // The lattice does not cover all of a wide expectation: it must not narrow it.
+    result.verdict = Verdict::kOk;
+    result.covariance.topLeftCorner<3, 3>() = covariance;
+    return result;
+  }
+  const Eigen::Matrix3d axes = FullAxes(lattice, start);
+  const Eigen::Matrix3d information = axes.transpose() * covariance.inverse() * axes;
+  double total = 0;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+  for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) {
+    for (int y = -lattice.reach; y <= lattice.reach; ++y) {
+      for (int x = -lattice.reach; x <= lattice.reach; ++x) {
+        const Eigen::Vector3d at(x, y, turn);
+        const double nats = (lattice.At(turn, y, x) - chance) / kCountedTimes;
+        // Or this image tells nothing.
+        const double weight = (1 + std::exp(nats)) * std::exp(-0.5 * at.dot(information * at));
+        total += weight;
+        mean += weight * at;
+        square += weight * at * at.transpose();
+      }
+    }
+  }
+  if (!(total > 0)) return result;
+  mean /= total;
+  // The lattice is coarser than a narrow posterior.
+  constexpr double kLatticeVariance = 1.0 / 12;
+  const Eigen::Matrix3d spread =
+      square / total - mean * mean.transpose() + kLatticeVariance * Eigen::Matrix3d::Identity();
+  result.verdict = Verdict::kOk;
+  result.motion = frame_.ToFull(MotionAt(lattice, start, mean));
+  result.covariance.topLeftCorner<3, 3>() = axes * spread * axes.transpose();
+  result.overlap = OverlapOf(frame_.FromFull(result.motion), frame_.size);
+  const Peak nearest{static_cast<int>(std::lround(mean.z())),
+                     static_cast<int>(std::lround(mean.y())),
+                     static_cast<int>(std::lround(mean.x()))};
+  result.inliers = CountAgreeing(lattice, nearest);
+  result.peak = lattice.At(nearest.turn, nearest.y, nearest.x) / (kBlockNats * result.blocks);
+  return result;
+}
+
+}  // namespace ceilmap::registration

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "mapping/heights/height_field.hpp"
+#include "mapping/registration/block_stage.hpp"
+#include "mapping/registration/fine_stage.hpp"
+#include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/registrar.hpp"
+
+namespace ceilmap::registration {
+
+/// Registration of images with weak texture, where no single block shows by itself where its
+/// content has gone, but all of them together do: the correlation surfaces of all blocks are added
+/// under every motion near a predicted one.
+///
+/// A sample of a phase-only correlation surface, divided by the surface's root mean square, is a
+/// standard normal variable z where the block has nothing in common with the current image; z^2/2
+/// is the log-likelihood ratio of a common content of unknown strength to none. Its sum over the
+/// blocks is the evidence of a motion. A block gives no more than a limited evidence, so that a
+/// thing that moved by itself, a lamp switched off, or a shadow does not outweigh the rest.
+///
+/// Works on a level of half the resolution of the rough one: weak structures are large (edges of
+/// the ceiling, lamps, mouldings), and their noise is lower there.
+class JointStage {
+ public:
+  JointStage(cv::Size size, const RegistrarParams& params);
+
+  /// Two prepared images, and the heights of the reference; nullptr: all of it is at the height of
+  /// the reference plane.
+  struct Images {
+    const FrameSpectrum::Fine& reference;
+    const FrameSpectrum::Fine& current;
+    const heights::HeightField* heights = nullptr;
+  };
+
+  /// Fills data.broad from data.rough, and prepares it as a reference; once, thread-safe.
+  void Prepare(FrameSpectrum::Fine& data);
+
+  /// The motion near the prior that has most evidence, the prior's own included. The covariance is
+  /// that of the images alone: large in directions that they do not determine, as along the only
+  /// edge in view, where the motion is the prior's. Scale 1.
+  /// @return kOk, kAmbiguous where the prior alone chose the motion, or kNoMatch.
+  [[nodiscard]] Registration Match(const Images& images, const MotionPrior& prior);
+
+  /// The motion as the images and an expectation together tell it: mean and covariance of the
+  /// posterior over the motions near the expected one. Where the images tell nothing it is the
+  /// expectation. Scale 1.
+  /// @param covariance  of the expectation: (tx_px, ty_px, theta_rad).
+  /// @return kOk, or kNoMatch where the images cannot be compared. `peak` as of Match.
+  [[nodiscard]] Registration Posterior(const Images& images,
+                                       const ImageMotion& expected,
+                                       const Eigen::Matrix3d& covariance);
+
+ private:
+  /// Evidence on a lattice of motions: shifts of whole pixels and turns, about a start.
+  struct Lattice {
+    int reach = 0;         ///< shifts from -reach to reach, level px
+    int turns = 0;         ///< turns from -turns to turns steps
+    double turn_step = 0;  ///< rad
+    std::vector<float> nats;
+
+    [[nodiscard]] int Side() const { return 2 * reach + 1; }
+    [[nodiscard]] std::size_t Index(int turn, int y, int x) const;
+    [[nodiscard]] float At(int turn, int y, int x) const { return nats[Index(turn, y, x)]; }
+  };
+  struct Peak {
+    int turn = 0;
+    int y = 0;
+    int x = 0;
+    double nats = 0;   ///< evidence of the images
+    double score = 0;  ///< the same and the log prior
+  };
+
+  [[nodiscard]] ImageMotion MotionOf(int block,
+                                     const heights::HeightField* known,
+                                     const ImageMotion& start) const;
+  bool MeasureSurfaces(const Images& images, const ImageMotion& start);
+  void AddBlock(std::size_t block, int turn, Lattice& lattice);
+  void AddUp(Lattice& lattice);
+  [[nodiscard]] Peak FindPeak(const Lattice& lattice,
+                              const ImageMotion& start,
+                              const MotionPrior& prior,
+                              const Peak* best,
+                              const Eigen::Matrix3d& information) const;
+  [[nodiscard]] static ImageMotion MotionAt(const Lattice& lattice,
+                                            const ImageMotion& start,
+                                            const Eigen::Vector3d& at);
+  [[nodiscard]] static bool Settle(const Lattice& lattice,
+                                   const Peak& peak,
+                                   Eigen::Vector3d& offset,
+                                   Eigen::Matrix3d& information);
+  [[nodiscard]] Lattice LatticeFor(double sigma_px, double sigma_rad) const;
+  [[nodiscard]] Eigen::Matrix3d FullAxes(const Lattice& lattice, const ImageMotion& start) const;
+  [[nodiscard]] int CountAgreeing(const Lattice& lattice, const Peak& peak) const;
+  [[nodiscard]] double LogPrior(const MotionPrior& prior, const ImageMotion& motion) const;
+
+  LevelFrame frame_;  // of the level in the full image
+  cv::Size rough_size_;
+  double half_diagonal_px_;
+  BlockStage blocks_;
+  Eigen::Vector2d principal_px_;          // from the image's centre, level px
+  std::vector<Eigen::Vector2d> centres_;  // of the measured blocks
+  std::vector<float> surfaces_;           // standard normal, one surface after the other
+  std::vector<float> weights_;            // of each block: nats per z^2
+  std::vector<float> row_;                // scratch
+};
+
+}  // namespace ceilmap::registration
