@@ -294,6 +294,17 @@ double FramePrediction::Sigma() const {
   return std::min(max_sigma, std::max(sigma, kMinPriorSigmaPx));
 }
 
+void FramePrediction::Continue(const Twist2& velocity) {
+  if (!last_) return;
+  constexpr double kStepS = 0.1;
+  const Eigen::Vector2d way = kStepS * velocity.linear_m_s;
+  const Pose2 step{way.x(), way.y(), kStepS * velocity.yaw_rad_s};
+  before_last_ = PlacedFrame{last_->T_map_base * step.Inverse(), last_->stamp_s - kStepS};
+  recent_ = {*before_last_, *last_};
+  constexpr double kUsualErrorPx = 2.5;
+  error_px_ = kUsualErrorPx;
+}
+
 void FramePrediction::Placed(const Pose2& T_map_base, int steps) {
   const double missing_s = (steps - 1) * gap_s_;
   missing_s_ += missing_s;

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "calib/base/heading.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/odometry.hpp"
@@ -71,6 +72,8 @@ class FramePrediction {
   /// into account.
   void Placed(const Pose2& T_map_base, int steps = 1);
   void Lost();
+  /// The velocity at the latest placed frame, as known from elsewhere.
+  void Continue(const Twist2& velocity);
 
  private:
   struct PlacedFrame {

@@ -8,6 +8,7 @@
 #include "calib/base/error.hpp"
 #include "calib/base/pose_with_covariance.hpp"
 #include "calib/level_view.hpp"
+#include "mapping/frame_matching.hpp"
 #include "mapping/frame_prediction.hpp"
 #include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
@@ -75,13 +76,6 @@ struct Odometry::Impl {
   int steps = 1;                 // FramePrediction::StepsTo of the current frame
   double best_inlier_ratio = 0;  // of the frames that the reference placed
 
-  Registration Measure(const RecentKeyframe& reference,
-                       const FrameSpectrum& spectrum,
-                       const std::optional<ExpectedPose>& expected);
-  Registration MeasureDepth(const RecentKeyframe& reference,
-                            const FrameSpectrum& spectrum,
-                            const std::optional<ExpectedPose>& expected,
-                            const Registration& plane);
   void Place(const RecentKeyframe& reference,
              const graph::Edge& edge,
              graph::FramePose& pose) const;
@@ -119,58 +113,6 @@ struct Odometry::Impl {
                 const graph::Edge& edge);
 };
 
-/// Where only the compass gives the orientation, the registration is first done without a prior. A
-/// single motion that fits is accepted; the compass is then taken to be disturbed.
-Registration Odometry::Impl::Measure(const RecentKeyframe& reference,
-                                     const FrameSpectrum& spectrum,
-                                     const std::optional<ExpectedPose>& expected) {
-  if (!expected) return registrar.Register(reference.spectrum, spectrum);
-  const MotionPrior prior = PriorFor(view, reference, *expected);
-  if (!expected->by_compass_alone) return registrar.Register(reference.spectrum, spectrum, prior);
-  Registration alone = registrar.Register(reference.spectrum, spectrum);
-  if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
-  Registration turned = registrar.Register(reference.spectrum, spectrum, prior);
-  turned.disambiguated_by_prior =
-      turned.disambiguated_by_prior || alone.verdict == Verdict::kAmbiguous;
-  return turned;
-}
-
-/// A ceiling that is not one plane shows in blocks that do not move with the others. Where their
-/// heights explain them, the keyframe has depth from then on.
-Registration Odometry::Impl::MeasureDepth(const RecentKeyframe& reference,
-                                          const FrameSpectrum& spectrum,
-                                          const std::optional<ExpectedPose>& expected,
-                                          const Registration& plane) {
-  // Unknown heights explain more than one plane does, so they are tried only near a predicted
-  // motion, and never to decide between motions.
-  if (reference.spectrum.Heights() != nullptr || !expected ||
-      plane.verdict == Verdict::kNoTexture || plane.verdict == Verdict::kAmbiguous) {
-    return plane;
-  }
-  if (plane.IsPlane()) return plane;
-  // Blocks of a blurred image differ from each other too.
-  constexpr double kBlurred = 0.2;
-  if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
-  Registration deep =
-      registrar.RegisterWithDepth(reference.spectrum,
-                                  spectrum,
-                                  PriorFor(view, reference, *expected),
-                                  plane.blocks > 0 ? std::optional(plane.motion) : std::nullopt);
-  if (!deep.ShowsDepth() && (plane.ok() || !deep.IsBestGuess())) return plane;
-  // Until now the plane was that of most blocks, not the reference plane.
-  const auto travel = [](const Registration& r) {
-    return std::hypot(r.motion.tx_px, r.motion.ty_px);
-  };
-  constexpr double kMinTravelPx = 2;
-  if (!plane.ok() || travel(plane) < kMinTravelPx) return deep;
-  // A mean height between the plane and half of its height; otherwise one of the two is wrong.
-  constexpr double kNearest = 0.5;
-  constexpr double kFarthest = 1.2;
-  const double ratio = travel(deep) / travel(plane);
-  if (ratio > kNearest && ratio < kFarthest) deep.rescaled = ratio;
-  return deep;
-}
-
 void Odometry::Impl::Place(const RecentKeyframe& reference,
                            const graph::Edge& edge,
                            graph::FramePose& pose) const {
@@ -182,7 +124,9 @@ void Odometry::Impl::Place(const RecentKeyframe& reference,
 
 /// An image that cannot be registered against itself has too little texture for a map.
 Registration Odometry::Impl::SelfRegister(const FrameSpectrum& spectrum) {
-  return registrar.Register(spectrum, spectrum, MotionPrior{{}, 1.0, 0.01});
+  FrameSpectrum plane = spectrum;
+  plane.SetHeights(nullptr);
+  return registrar.Register(plane, plane, MotionPrior{{}, 1.0, 0.01});
 }
 
 bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
@@ -260,8 +204,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
                                   OdometryStep& step,
                                   graph::Edge& edge) {
   const RecentKeyframe& reference = recent[index];
-  step.registration =
-      MeasureDepth(reference, spectrum, expected, Measure(reference, spectrum, expected));
+  step.registration = MatchFrame(view, reference, spectrum, expected, registrar);
   if (!step.registration.ok()) return false;
   edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
   InflateTiltCovariance(view, step.pose.tilt, edge);
@@ -437,6 +380,10 @@ OdometryStep Odometry::Process(const cv::Mat& image,
   step.tie = edge;
   me.Remember(step, spectrum, image, edge);
   return step;
+}
+
+void Odometry::Continue(const Twist2& velocity) {
+  impl_->prediction.Continue(velocity);
 }
 
 OdometryStep Odometry::Close() {

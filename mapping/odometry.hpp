@@ -90,6 +90,10 @@ class Odometry {
                        const FrameContext& context = {},
                        const registration::FrameSpectrum& analyzed = {});
 
+  /// The robot's velocity at the latest placed frame, where it is known from elsewhere: the next
+  /// frame is expected accordingly.
+  void Continue(const Twist2& velocity);
+
   /// Makes the last placed frame a keyframe if it is not one yet, so that the map shows everything
   /// that was recorded. To be called at the end of a recording; sets only new_keyframe and
   /// new_edges.

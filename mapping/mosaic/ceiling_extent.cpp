@@ -13,7 +13,7 @@ namespace {
 constexpr double kMaxCells = 1 << 24;
 /// Slope d ln(rho) / d ln(distance from the principal point) from which on a surface is a vertical
 /// face: 0 for level surfaces, 1 for walls. Stereo flattens what it sees obliquely to 0.3.
-constexpr double kVertical = 0.2;
+constexpr double kMaxSteepness = 0.2;
 constexpr int kSlopeReach = 3;       // cells of a height field, to each side
 constexpr int kMinSlopeCells = 4;    // measured ones
 constexpr double kNoiseOfSlope = 6;  // px, regularizes the slope where few cells are measured
@@ -93,7 +93,8 @@ bool IsSeenFromBelow(const heights::HeightField& field,
   const int last_col = std::min(cell.x + kSlopeReach, field.grid.width - 1);
   for (int row = std::max(cell.y - kSlopeReach, 0); row <= last_row; ++row) {
     for (int col = std::max(cell.x - kSlopeReach, 0); col <= last_col; ++col) {
-      const auto i = static_cast<std::size_t>(row * field.grid.width + col);
+      const int index = row * field.grid.width + col;
+      const auto i = static_cast<std::size_t>(index);
       if (!IsMeasured(field.cells[i])) continue;
       const Eigen::Vector2d at = field.Centre(i) - principal_px;
       const double rho = field.cells[i].rho;
@@ -111,9 +112,9 @@ bool IsSeenFromBelow(const heights::HeightField& field,
            kNoiseOfSlope * kNoiseOfSlope * Eigen::Matrix2d::Identity();
   product = product / count - mean_rho * mean;
   const Eigen::Vector2d gradient = square.inverse() * product;
-  const Eigen::Vector2d at =
-      field.Centre(static_cast<std::size_t>(cell.y * field.grid.width + cell.x)) - principal_px;
-  return gradient.dot(at) <= kVertical * mean_rho;
+  const int index = cell.y * field.grid.width + cell.x;
+  const Eigen::Vector2d at = field.Centre(static_cast<std::size_t>(index)) - principal_px;
+  return gradient.dot(at) <= kMaxSteepness * mean_rho;
 }
 
 /// What each cell of a height field shows.
@@ -123,7 +124,8 @@ std::vector<Face> FacesOf(const heights::HeightField& field, const Eigen::Vector
   std::vector<Face> faces(field.cells.size(), Face::kUnknown);
   for (int row = 0; row < field.grid.height; ++row) {
     for (int col = 0; col < field.grid.width; ++col) {
-      const auto i = static_cast<std::size_t>(row * field.grid.width + col);
+      const int index = row * field.grid.width + col;
+      const auto i = static_cast<std::size_t>(index);
       if (!IsMeasured(field.cells[i])) continue;
       const bool below = IsSeenFromBelow(field, {col, row}, principal_px);
       faces[i] = below ? Face::kFromBelow : Face::kVertical;

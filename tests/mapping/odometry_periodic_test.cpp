@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/twist2.hpp"
 #include "mapping/odometry.hpp"
 #include "tests/mapping/synthetic_drive.hpp"
 
@@ -47,6 +48,8 @@ class PeriodicDrive {
     for (const double forward : {0.1, 0.2}) Process({forward, 0, 0});
     for (int i = 0; i < 8; ++i) Process({0.5 * kTile, 0, turn});
   }
+  /// States the velocity of a robot that moves by this from frame to frame.
+  void Continue(const Pose2& step) { odometry_.Continue(Twist2::Mean(step, 0.1)); }
   void Close() {
     truths_.push_back(T_map_base_);
     steps_.push_back(odometry_.Close());
@@ -142,6 +145,23 @@ TEST(OdometryUnderTiles, AnAccuratePredictionResolvesShortPeriods) {
   for (int i = 0; i < 20; ++i) drive.Process({0.2, 0, 0});
   ExpectTrackedThroughout(drive);
   EXPECT_TRUE(drive.Steps().back().registration.disambiguated_by_prior);
+}
+
+TEST(OdometryUnderTiles, AKnownVelocityChoosesTheTile) {
+  // Two frames one tile apart are identical: without the velocity the robot stands still.
+  for (const Pose2& step : {Pose2{kTile, 0, 0}, Pose2{-kTile, 0, 0}, Pose2{0.9 * kTile, 0, 0.05}}) {
+    PeriodicDrive drive(Periodic(kPeriodPx));
+    drive.Process();
+    drive.Continue(step);
+    for (int i = 0; i < 4; ++i) drive.Process(step);
+    ExpectTrackedThroughout(drive);
+    EXPECT_TRUE(drive.Steps()[1].registration.disambiguated_by_prior);
+    PeriodicDrive unknown(Periodic(kPeriodPx));
+    unknown.Process();
+    unknown.Process(step);
+    EXPECT_TRUE(!graph::HasPose(unknown.Steps()[1].pose.status) ||
+                unknown.ErrorPx(1) > 0.5 * kPeriodPx);
+  }
 }
 
 TEST(OdometryUnderTiles, AnUnevenDriveIsPredictedWithLessConfidence) {

@@ -1,0 +1,99 @@
+#include "mapping/frame_matching.hpp"
+
+#include <cmath>
+
+namespace ceilmap::mapping {
+
+using registration::FrameSpectrum;
+using registration::MotionPrior;
+using registration::Registrar;
+using registration::Registration;
+using registration::Verdict;
+
+namespace {
+
+/// Where only the compass gives the orientation, the registration is first done without a prior. A
+/// single motion that fits is accepted; the compass is then taken to be disturbed.
+Registration MatchPlane(const RecentKeyframe& reference,
+                        const FrameSpectrum& spectrum,
+                        const std::optional<MotionPrior>& prior,
+                        bool by_compass_alone,
+                        Registrar& registrar) {
+  if (!by_compass_alone) return registrar.Register(reference.spectrum, spectrum, prior);
+  Registration alone = registrar.Register(reference.spectrum, spectrum);
+  if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
+  Registration turned = registrar.Register(reference.spectrum, spectrum, prior);
+  turned.disambiguated_by_prior =
+      turned.disambiguated_by_prior || alone.verdict == Verdict::kAmbiguous;
+  return turned;
+}
+
+/// A ceiling that is not one plane shows in blocks that do not move with the others. Where their
+/// heights explain them, the keyframe has depth from then on.
+Registration MatchDepth(const RecentKeyframe& reference,
+                        const FrameSpectrum& spectrum,
+                        const std::optional<MotionPrior>& prior,
+                        const Registration& plane,
+                        Registrar& registrar) {
+  // Unknown heights explain more than one plane does, so they are tried only near a predicted
+  // motion, and never to decide between motions.
+  if (reference.spectrum.Heights() != nullptr || !prior || plane.verdict == Verdict::kNoTexture ||
+      plane.verdict == Verdict::kAmbiguous) {
+    return plane;
+  }
+  if (plane.IsPlane()) return plane;
+  // Blocks of a blurred image differ from each other too.
+  constexpr double kBlurred = 0.2;
+  if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
+  Registration deep =
+      registrar.RegisterWithDepth(reference.spectrum,
+                                  spectrum,
+                                  prior,
+                                  plane.blocks > 0 ? std::optional(plane.motion) : std::nullopt);
+  if (!deep.ShowsDepth() && (plane.ok() || !deep.IsBestGuess())) return plane;
+  // Until now the plane was that of most blocks, not the reference plane.
+  const auto travel = [](const Registration& r) {
+    return std::hypot(r.motion.tx_px, r.motion.ty_px);
+  };
+  constexpr double kMinTravelPx = 2;
+  if (!plane.ok() || travel(plane) < kMinTravelPx) return deep;
+  // A mean height between the plane and half of its height; otherwise one of the two is wrong.
+  constexpr double kNearest = 0.5;
+  constexpr double kFarthest = 1.2;
+  const double ratio = travel(deep) / travel(plane);
+  if (ratio > kNearest && ratio < kFarthest) deep.rescaled = ratio;
+  return deep;
+}
+
+/// Under plain plaster no block shows its motion alone, but all together do, near a predicted
+/// motion.
+Registration MatchJointly(const RecentKeyframe& reference,
+                          const FrameSpectrum& spectrum,
+                          const MotionPrior& prior,
+                          Registrar& registrar) {
+  // In pixels; with more, the next frame would not be predicted well enough.
+  constexpr double kMaxSigmaPx = 6;
+  Registration joint = registrar.RegisterJointly(reference.spectrum, spectrum, prior);
+  const double variance = joint.covariance.diagonal().head<2>().maxCoeff();
+  if (joint.ok() && variance > kMaxSigmaPx * kMaxSigmaPx) joint.verdict = Verdict::kAmbiguous;
+  return joint;
+}
+
+}  // namespace
+
+Registration MatchFrame(const calib::CeilingView& view,
+                        const RecentKeyframe& reference,
+                        const FrameSpectrum& spectrum,
+                        const std::optional<ExpectedPose>& expected,
+                        Registrar& registrar) {
+  std::optional<MotionPrior> prior;
+  if (expected) prior = PriorFor(view, reference, *expected);
+  const bool by_compass_alone = expected && expected->by_compass_alone;
+  const Registration plane = MatchPlane(reference, spectrum, prior, by_compass_alone, registrar);
+  Registration found = MatchDepth(reference, spectrum, prior, plane, registrar);
+  if (found.verdict != Verdict::kNoMatch || !prior || by_compass_alone) return found;
+  Registration joint = MatchJointly(reference, spectrum, *prior, registrar);
+  return joint.verdict == Verdict::kNoMatch ? found : joint;
+}
+
+}  // namespace ceilmap::mapping
