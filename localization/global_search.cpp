@@ -33,15 +33,30 @@ void GlobalSearch::Reset(const std::optional<PoseWithCovariance>& start) {
   if (start) hypotheses_.Trust(*start);
   chain_.Reset();
   start_ = start;
+  velocity_.reset();
+  predicted_ = 0;
   frames_ = 0;
   begin_s_.reset();
   last_placed_s_.reset();
 }
 
-void GlobalSearch::BeginAt(const PoseWithCovariance& pose, const LevelFrame& frame) {
+/// Starts the chain at a known place.
+void GlobalSearch::StartChain(const Pose2& T_map_base, const LevelFrame& frame) {
+  chain_.Reset();
+  // What hangs below the ceiling moves faster in the image.
+  LevelFrame with_heights = frame;
+  with_heights.image.spectrum.SetHeights(matcher_.HeightsAt(T_map_base));
+  (void)chain_.Next(with_heights);
+  if (velocity_) chain_.Continue(*velocity_);
+}
+
+void GlobalSearch::BeginAt(const PoseWithCovariance& pose,
+                           const LevelFrame& frame,
+                           const std::optional<Twist2>& velocity) {
   Reset();
   hypotheses_.Trust(pose);
-  (void)chain_.Next(frame);
+  velocity_ = velocity;
+  StartChain(pose.pose, frame);
   begin_s_ = frame.stamp_s;
   last_placed_s_ = frame.stamp_s;
 }
@@ -51,6 +66,29 @@ void GlobalSearch::ChangeView() {
   finder_.SetView(matcher_.View());
 }
 
+/// Where a robot that is followed shows too little for a step: it moves on as before, for a few
+/// frames. False where that is not known.
+bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
+  constexpr int kMaxPredicted = 3;
+  constexpr double kMaxStepS = 0.3;
+  constexpr double kSpeedSigma = 0.3;  // m/s
+  constexpr double kTurnSigma = 0.5;   // rad/s
+  if (!velocity_ || !hypotheses_.Follows() || unplaced_s > kMaxStepS ||
+      ++predicted_ > kMaxPredicted) {
+    return false;
+  }
+  const double turn = velocity_->yaw_rad_s * unplaced_s;
+  const Eigen::Vector2d way =
+      Pose2{0, 0, turn / 2}.Rotation() * (velocity_->linear_m_s * unplaced_s);
+  const double sigma = kSpeedSigma * unplaced_s;
+  const double sigma_rad = kTurnSigma * unplaced_s;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
+  hypotheses_.Move({way.x(), way.y(), turn}, covariance, true);
+  StartChain(hypotheses_.All().front().pose.pose, frame);
+  return true;
+}
+
 /// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
 /// no texture.
 bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
@@ -58,16 +96,21 @@ bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
   const double stamp_s = frame.stamp_s;
   if (!begin_s_) begin_s_ = stamp_s;
   const std::optional<ChainStep> step = chain_.Next(frame);
-  if (!step && !chain_.Began()) return false;
   const double unplaced_s = stamp_s - last_placed_s_.value_or(*begin_s_);
+  if (!step && !chain_.Began() && !hypotheses_.Follows()) return false;
   if (step) {
     if (unplaced_s > 0) {
-      result.velocity = {stamp_s - unplaced_s / 2, Twist2::Mean(step->T_before_now, unplaced_s)};
+      velocity_ = Twist2::Mean(step->T_before_now, unplaced_s);
+      predicted_ = 0;
+      result.velocity = {stamp_s - unplaced_s / 2, *velocity_};
     }
     hypotheses_.Move(step->T_before_now,
                      step->covariance,
                      !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
+  } else if (MoveOn(frame, unplaced_s)) {
+    result.velocity = {stamp_s, *velocity_};
   } else if (unplaced_s > 0) {
+    velocity_.reset();
     hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unplaced_s,
                        kTurnNoiseWhenLost * unplaced_s);
   }
@@ -154,9 +197,15 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   const bool use_yaw =
       yaw && (yaw->frame == HeadingFrame::kMap || frames_ <= params_.give_up_heading_after);
   if (use_yaw) hypotheses_.Turn(*yaw);
-  hypotheses_.MatchAll(
-      [&](const Hypothesis& h) { return MatchNear(h.pose.pose, spectrum, h.pose); });
-  if (hypotheses_.Accepted() == nullptr) {
+  hypotheses_.MatchAll([&](const Hypothesis& h) {
+    std::optional<MapMatch> match = MatchNear(h.pose.pose, spectrum, h.pose);
+    if (!match && h.trusted) match = matcher_.CorrectNear(h.pose, spectrum);
+    return match;
+  });
+  // A robot that is followed is probably where it is expected.
+  constexpr int kSearchEvery = 5;
+  const bool due = !hypotheses_.Follows() || frames_ % kSearchEvery == 0;
+  if (hypotheses_.Accepted() == nullptr && due) {
     Relocalize(frame, spectrum, use_yaw ? yaw : std::nullopt);
   }
   hypotheses_.Weigh();

@@ -22,8 +22,11 @@ class GlobalSearch {
 
   /// Discards all hypotheses and begins near `start`, or anywhere on the map.
   void Reset(const std::optional<PoseWithCovariance>& start = std::nullopt);
-  /// Starts from a pose that was known a moment ago, when the robot took this frame.
-  void BeginAt(const PoseWithCovariance& pose, const LevelFrame& frame);
+  /// Starts from a pose, and a velocity if given, that were known a moment ago, when the robot took
+  /// this frame.
+  void BeginAt(const PoseWithCovariance& pose,
+               const LevelFrame& frame,
+               const std::optional<Twist2>& velocity);
   /// Call when the view of `matcher` has changed.
   void ChangeView();
 
@@ -42,6 +45,8 @@ class GlobalSearch {
   [[nodiscard]] std::int64_t Searches() const { return searches_; }
 
  private:
+  void StartChain(const Pose2& T_map_base, const LevelFrame& frame);
+  bool MoveOn(const LevelFrame& frame, double unplaced_s);
   bool Move(const LevelFrame& frame, Result& result);
   [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
@@ -60,6 +65,8 @@ class GlobalSearch {
   Hypotheses hypotheses_;
   std::int64_t searches_ = 0;
   std::optional<PoseWithCovariance> start_;
+  std::optional<Twist2> velocity_;       // of the robot at the latest frame
+  int predicted_ = 0;                    // consecutive frames that were placed by it alone
   int frames_ = 0;                       // since the search began
   std::optional<double> begin_s_;        // stamp of the first frame of the search
   std::optional<double> last_placed_s_;  // stamp of the last frame placed by the chain

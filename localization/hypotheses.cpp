@@ -131,6 +131,12 @@ void Hypotheses::MatchAll(
   if (anew) since_confirmed_ = 0;
   for (Hypothesis& h : all_) {
     const std::optional<MapMatch> match = match_at(h);
+    if (match && !match->sure) {
+      h.pose = match->pose;
+      h.misses = 0;
+      h.recognised = false;
+      continue;
+    }
     // The match must also agree with the expected pose.
     PoseWithCovariance expected = h.pose;
     expected.covariance.diagonal() += floors;
@@ -162,6 +168,11 @@ void Hypotheses::MatchAll(
 
 bool Hypotheses::AnyMatch() const {
   return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) { return h.recognised; });
+}
+
+bool Hypotheses::Follows() const {
+  return std::any_of(
+      all_.begin(), all_.end(), [](const Hypothesis& h) { return h.trusted && h.misses == 0; });
 }
 
 /// The place that explains the latest frame best. Where the map covers little of the frame, few

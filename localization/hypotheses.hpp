@@ -30,6 +30,9 @@ struct MapMatch {
   int blocks = 0;
   /// It explains the image so well that it confirms a place again without further travel.
   bool distinct = false;
+  /// False: an expected pose, corrected by an image of weak texture (MapMatcher::CorrectNear), that
+  /// is not certain enough to be reported.
+  bool sure = true;
   /// Of the frame (reference) against the map at that place.
   registration::Dissimilarity dissimilarity;
 };
@@ -80,6 +83,9 @@ class Hypotheses {
   void Trust(const PoseWithCovariance& pose);
   /// Adds the place of a match, unless it is one of the existing hypotheses.
   void Add(const MapMatch& match);
+  /// True when a pose that was known is followed from frame to frame, though it may not be certain
+  /// enough to be reported.
+  [[nodiscard]] bool Follows() const;
   /// True when there is a hypothesis at this place.
   [[nodiscard]] bool Contains(const Pose2& T_map_base) const;
 

@@ -72,7 +72,8 @@ struct Localizer::Impl {
   MotionModel motion;                        // started: the robot is tracked
   std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
   LevelFrame last_frame;                     // the last one with a pose ...
-  PoseWithCovariance last_pose;              // ... and its pose
+  PoseWithCovariance last_pose;              // ... its pose ...
+  std::optional<Twist2> last_velocity;       // ... and its velocity, if it is known
   std::optional<MotionModel> motion_before;  // at the time when the robot was lost
   LocalizerParams params;
   MapMatcher matcher;
@@ -307,7 +308,12 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   }
   if (was_placed) location.pose.status = TrackingStatus::kTracking;
   Place(result.match, location);
-  motion.Start(result.match.pose, frame.stamp_s);
+  std::optional<Twist2> velocity;
+  constexpr double kRecentS = 0.5;
+  if (result.velocity && frame.stamp_s - result.velocity->stamp_s < kRecentS) {
+    velocity = result.velocity->velocity;
+  }
+  motion.Start(result.match.pose, frame.stamp_s, velocity);
   patch.reset();
 }
 
@@ -329,6 +335,10 @@ void Localizer::Impl::Remember(const CeilingFrame& frame,
   last_frame.stamp_s = level.stamp_s;
   last_frame.tilt = level.tilt;
   last_frame.heading = level.heading;
+  last_velocity = std::nullopt;
+  if (motion.KnowsVelocity()) {
+    last_velocity = {motion.Velocity().head<2>(), motion.Velocity().z()};
+  }
   if (!frame.heading) return;
   heading.Learn(
       *frame.heading, location.pose.T_map_base.yaw, location.pose.covariance(2, 2), frame.stamp_s);
@@ -399,7 +409,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
       // From now on the search starts from the last known pose.
       me.motion_before = me.motion;
       me.motion.Stop();
-      me.search.BeginAt(me.last_pose, me.last_frame);
+      me.search.BeginAt(me.last_pose, me.last_frame, me.last_velocity);
     }
   }
   if (!decided) {

@@ -29,6 +29,8 @@ constexpr double kTiltNoiseRad = 3e-4;
 // Standard deviations of a match with the map by errors that residuals do not show (things below
 // the ceiling, sampling).
 constexpr mapping::EdgeNoise kMatchNoise{0.012, 3e-5};
+// A corrected pose (CorrectNear) is reported where its standard deviation is smaller, px.
+constexpr double kMaxCorrectedSigmaPx = 8;
 
 /// The camera's view when everything that it sees is `scale` times as large as the rig implies, in
 /// pixels.
@@ -74,6 +76,25 @@ registration::RegistrarParams WithScale(const calib::CeilingView& view,
           .same_recording = false,
           .local_features = local_features,
           .camera = registration::PlaneCameraOf(view)};
+}
+
+/// Derivative of the image motion (tx_px, ty_px, theta_rad) by a small motion (x, y, yaw) of base.
+Eigen::Matrix3d ImageJacobian(const calib::CeilingView& view) {
+  constexpr double kStep = 1e-4;
+  Eigen::Matrix3d jacobian;
+  for (int i = 0; i < 3; ++i) {
+    const registration::ImageMotion m =
+        mapping::ImageMotionOf(view, {i == 0 ? kStep : 0, i == 1 ? kStep : 0, i == 2 ? kStep : 0});
+    jacobian.col(i) = Eigen::Vector3d(m.tx_px, m.ty_px, m.theta_rad) / kStep;
+  }
+  return jacobian;
+}
+
+/// From (x, y, yaw) in the axes of base to those of the map.
+Eigen::Matrix3d MapAxes(const Pose2& T_map_base) {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  axes.topLeftCorner<2, 2>() = T_map_base.Rotation();
+  return axes;
 }
 
 }  // namespace
@@ -204,6 +225,36 @@ std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
   to_map.scale = 1 / match->scale;
   match->dissimilarity = registrar_.Compare(frame, at->spectrum, to_map);
   return match;
+}
+
+std::optional<MapMatch> MapMatcher::CorrectNear(const PoseWithCovariance& expected,
+                                                const FrameSpectrum& frame) {
+  // The patch is drawn where the robot is expected: things below the ceiling stand where they do in
+  // the frame.
+  const std::shared_ptr<const Patch> at = patches_->Exactly(expected.pose);
+  if (!at) return std::nullopt;
+  const Eigen::Matrix3d to_image = ImageJacobian(view_);
+  const Eigen::Matrix3d to_map = MapAxes(expected.pose);
+  const Eigen::Matrix3d in_base = to_map.transpose() * expected.covariance * to_map;
+  const Registration found =
+      registrar_.CorrectJointly(at->spectrum, frame, {}, to_image * in_base * to_image.transpose());
+  if (!found.ok()) return std::nullopt;
+  const Eigen::Matrix3d to_base = to_map * to_image.inverse();
+  MapMatch match;
+  match.pose.pose = expected.pose * mapping::BaseMotion(view_, found.motion);
+  match.pose.covariance = to_base * found.covariance.topLeftCorner<3, 3>() * to_base.transpose();
+  match.disambiguated_by_prior = true;
+  match.peak = found.peak;
+  match.inliers = found.inliers;
+  match.blocks = found.blocks;
+  match.sure = PositionSigma(match.pose.covariance) < kMaxCorrectedSigmaPx * view_.MetresPerPixel();
+  return match;
+}
+
+std::shared_ptr<const heights::HeightField> MapMatcher::HeightsAt(const Pose2& T_map_base) {
+  if (!HasDepth()) return nullptr;
+  const std::shared_ptr<const Patch> at = patches_->Exactly(T_map_base);
+  return at ? at->spectrum.SharedHeights() : nullptr;
 }
 
 std::optional<TiltAngles> MapMatcher::MeasureTilt(const Patch& at,

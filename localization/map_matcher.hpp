@@ -57,6 +57,15 @@ class MapMatcher {
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& frame,
                                     const std::optional<PoseWithCovariance>& expected);
+  /// Where no match is found at a place that is known approximately: the pose as the frame and the
+  /// map together with the expectation tell it (Registrar::CorrectJointly), under plain plaster.
+  /// MapMatch::sure tells whether it is certain enough to be reported.
+  /// @return nothing where the map shows nothing there.
+  std::optional<MapMatch> CorrectNear(const PoseWithCovariance& expected,
+                                      const registration::FrameSpectrum& frame);
+  /// Heights of the ceiling in an image taken at a pose, as the map knows them; nullptr where it
+  /// knows none.
+  [[nodiscard]] std::shared_ptr<const heights::HeightField> HeightsAt(const Pose2& T_map_base);
   /// The residual tilt of a frame, measured against a level map.
   /// @param match  Match of the frame with this patch.
   /// @return nothing when the blocks do not determine it.

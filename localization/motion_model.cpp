@@ -25,15 +25,25 @@ MotionModel::MotionModel(const MotionModelParams& params) : params_(params) {
   params_.Validate();
 }
 
-void MotionModel::Start(const PoseWithCovariance& pose, double stamp_s) {
+void MotionModel::Start(const PoseWithCovariance& pose,
+                        double stamp_s,
+                        const std::optional<Twist2>& velocity) {
   started_ = true;
   stamp_s_ = stamp_s;
-  state_ << pose.pose.x, pose.pose.y, pose.pose.yaw, 0, 0, 0;
+  const Twist2 known = velocity.value_or(Twist2{});
+  state_ << pose.pose.x, pose.pose.y, pose.pose.yaw, known.linear_m_s, known.yaw_rad_s;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = pose.covariance;
-  const double speed = kFirstSpeedSigma * kFirstSpeedSigma;
-  const double turn = kFirstTurnSigma * kFirstTurnSigma;
-  covariance_.diagonal().tail<3>() << speed, speed, turn;
+  const double speed = velocity ? kStartSpeedSigma : kFirstSpeedSigma;
+  const double turn = velocity ? kStartTurnSigma : kFirstTurnSigma;
+  covariance_.diagonal().tail<3>() << speed * speed, speed * speed, turn * turn;
+}
+
+bool MotionModel::KnowsVelocity() const {
+  constexpr double kKnownRatio = 0.5;  // of the first standard deviations
+  const Eigen::Array3d sigma = covariance_.diagonal().tail<3>().array().sqrt();
+  const Eigen::Array3d first(kFirstSpeedSigma, kFirstSpeedSigma, kFirstTurnSigma);
+  return started_ && (sigma < kKnownRatio * first).all();
 }
 
 PoseWithCovariance MotionModel::PredictedAt(double stamp_s) const {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "calib/base/pose_with_covariance.hpp"
+#include "calib/base/twist2.hpp"
 
 namespace ceilmap::localization {
 
@@ -24,11 +26,16 @@ class MotionModel {
   /// Standard deviations of the speed before any measurement: m/s and rad/s.
   static constexpr double kFirstSpeedSigma = 0.7;
   static constexpr double kFirstTurnSigma = 0.7;
+  /// The same of a velocity with which the model is started.
+  static constexpr double kStartSpeedSigma = 0.2;
+  static constexpr double kStartTurnSigma = 0.3;
 
   explicit MotionModel(const MotionModelParams& params = {});
 
-  /// Restarts with a measured pose and unknown velocity.
-  void Start(const PoseWithCovariance& pose, double stamp_s);
+  /// Restarts with a measured pose. @param velocity  As measured a moment before; unset: unknown.
+  void Start(const PoseWithCovariance& pose,
+             double stamp_s,
+             const std::optional<Twist2>& velocity = std::nullopt);
   [[nodiscard]] bool Started() const { return started_; }
   void Stop() { started_ = false; }
   [[nodiscard]] double Stamp() const { return stamp_s_; }
@@ -48,6 +55,8 @@ class MotionModel {
   [[nodiscard]] PoseWithCovariance Pose() const;
   /// Forward, sideways (left) and turning speed: m/s, m/s, rad/s.
   [[nodiscard]] Eigen::Vector3d Velocity() const { return state_.tail<3>(); }
+  /// Whether the velocity was measured, or given at the start.
+  [[nodiscard]] bool KnowsVelocity() const;
 
  private:
   using State = Eigen::Matrix<double, 6, 1>;

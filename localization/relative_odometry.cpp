@@ -34,6 +34,10 @@ void RelativeOdometry::Reset() {
   impl_->broken = false;
 }
 
+void RelativeOdometry::Continue(const Twist2& velocity) {
+  if (impl_->odometry) impl_->odometry->Continue(velocity);
+}
+
 bool RelativeOdometry::Began() const {
   return impl_->began;
 }

@@ -8,6 +8,7 @@
 
 #include "calib/base/heading.hpp"
 #include "calib/base/tilt.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -44,6 +45,8 @@ class RelativeOdometry {
 
   /// Discards all frames.
   void Reset();
+  /// After a frame that started a chain: the robot's velocity then, known from elsewhere.
+  void Continue(const Twist2& velocity);
   /// Processes the next frame.
   /// @return nothing for a frame without texture, and for one that is not connected to earlier ones
   ///   (the first one, and after a jump); Began() and Broken() report which.

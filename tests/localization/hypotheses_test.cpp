@@ -177,6 +177,51 @@ TEST_F(HypothesesTest, GuessesThatMeetBecomeOne) {
   EXPECT_FALSE(hypotheses_.Contains({0.1, 5.1, 1}));
 }
 
+TEST_F(HypothesesTest, OnlyAKnownPoseIsFollowed) {
+  EXPECT_FALSE(hypotheses_.Follows());
+  Frame({{5, 0.2}});
+  EXPECT_FALSE(hypotheses_.Follows()) << "a guess";
+  hypotheses_.Clear();
+  hypotheses_.Trust({{x_, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
+  EXPECT_TRUE(hypotheses_.Follows());
+  Frame({{5, 0.2}});
+  EXPECT_TRUE(hypotheses_.Follows());
+  Frame({});
+  EXPECT_FALSE(hypotheses_.Follows()) << "not recognised in the latest frame";
+  Frame({{5, 0.2}});
+  EXPECT_TRUE(hypotheses_.Follows());
+  hypotheses_.Move({0.1, 0, 0}, 1e-6 * Eigen::Matrix3d::Identity(), false);
+  EXPECT_FALSE(hypotheses_.Follows()) << "the motion may be another";
+}
+
+TEST_F(HypothesesTest, AnUnsureMatchMovesThePoseAndSaysNothingMore) {
+  hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
+  const auto match_unsure = [this](const Pose2& T) {
+    hypotheses_.MatchAll([&](const Hypothesis&) -> std::optional<MapMatch> {
+      MapMatch match = MatchAt(T, 0.2);
+      match.pose.covariance = 1e-2 * Eigen::Matrix3d::Identity();
+      match.sure = false;
+      return match;
+    });
+    hypotheses_.Weigh();
+  };
+  for (int i = 1; i <= 20; ++i) match_unsure({0.02 * i, 5, 0});
+  ASSERT_EQ(hypotheses_.All().size(), 1U);
+  const Hypothesis& followed = hypotheses_.All().front();
+  EXPECT_DOUBLE_EQ(followed.pose.pose.x, 0.4);
+  EXPECT_EQ(followed.pose.covariance(0, 0), 1e-2);
+  EXPECT_EQ(followed.matches, 0);
+  EXPECT_EQ(followed.confirmations, 0);
+  EXPECT_EQ(followed.misses, 0) << "the robot is not lost either";
+  EXPECT_TRUE(hypotheses_.Follows());
+  EXPECT_FALSE(hypotheses_.AnyMatch());
+  EXPECT_FALSE(AcceptedY()) << "not certain enough to be reported";
+  // The next sure match is reported at once.
+  x_ = 0.4;
+  Frame({{5, 0.2}});
+  EXPECT_EQ(AcceptedY(), 5);
+}
+
 TEST_F(HypothesesTest, KeepsTheBestFew) {
   std::map<double, double> many;
   for (int i = 0; i < 12; ++i) many[i] = 0.1 + 0.02 * i;

@@ -39,6 +39,48 @@ TEST(MotionModel, LearnsAnEvenSpeedAndKeepsIt) {
   EXPECT_EQ(model.Stamp(), 3.0);  // PredictedAt changes nothing
 }
 
+TEST(MotionModel, StartsWithAVelocityThatWasMeasuredBefore) {
+  const Pose2 T{1, 2, 1.5};
+  const Twist2 velocity{{0.6, -0.1}, 0.4};
+  MotionModel model;
+  EXPECT_FALSE(model.KnowsVelocity());
+  model.Start(Known(T), 5, velocity);
+  EXPECT_TRUE(model.KnowsVelocity());
+  EXPECT_EQ(model.Velocity(), Eigen::Vector3d(0.6, -0.1, 0.4));
+  const PoseWithCovariance later = model.PredictedAt(5.5);
+  const Pose2 expected = T * Pose2{0, 0, 0.1} * Pose2{0.3, -0.05, 0.1};  // along the chord
+  EXPECT_NEAR(later.pose.x, expected.x, 1e-3);
+  EXPECT_NEAR(later.pose.y, expected.y, 1e-3);
+  EXPECT_NEAR(later.pose.yaw, expected.yaw, 1e-9);
+  // It is not exact: the robot may have braked since.
+  EXPECT_GT(std::sqrt(later.covariance(0, 0)), 0.5 * MotionModel::kStartSpeedSigma);
+  MotionModel unknown;
+  unknown.Start(Known(T), 5);
+  EXPECT_EQ(unknown.PredictedAt(5.5).pose.x, T.x);
+  EXPECT_LT(later.covariance(0, 0), unknown.PredictedAt(5.5).covariance(0, 0));
+}
+
+TEST(MotionModel, KnowsAVelocityOnlyOnceItWasMeasured) {
+  MotionModel model;
+  model.Start(Known({}), 0);
+  EXPECT_FALSE(model.KnowsVelocity());
+  for (int i = 1; i <= 5; ++i) {
+    model.Predict(0.1 * i);
+    model.Update(Known({0.05 * i, 0, 0}));
+  }
+  EXPECT_TRUE(model.KnowsVelocity());
+  model.Predict(3);  // for so long it may have changed at any rate
+  EXPECT_FALSE(model.KnowsVelocity());
+  model.Start(Known({}), 3, Twist2{{0.5, 0}, 0});
+  EXPECT_TRUE(model.KnowsVelocity());
+  model.Start(Known({}), 4);
+  EXPECT_FALSE(model.KnowsVelocity());
+  EXPECT_EQ(model.Velocity(), Eigen::Vector3d::Zero());
+  model.Start(Known({}), 4, Twist2{});
+  model.Stop();
+  EXPECT_FALSE(model.KnowsVelocity());
+}
+
 TEST(MotionModel, UncertaintyGrowsWithoutMeasurements) {
   MotionModel model;
   model.Start(Known({}), 10);
