@@ -176,9 +176,10 @@ BandFit::Trial BandFit::Try(std::size_t mains, double frequency_hz) const {
 std::optional<Bands> BandFit::Solve(bool known) const {
   if (pairs_.empty()) return std::nullopt;
   Trial best;
+  const auto steps = static_cast<int>(std::lround(kReachHz / kStepHz));
   for (std::size_t i = 0; i < kMainsHz.size(); ++i) {
-    for (double off_hz = -kReachHz; off_hz < kReachHz + kStepHz / 2; off_hz += kStepHz) {
-      const Trial trial = Try(i, kMainsHz[i] + off_hz);
+    for (int step = -steps; step <= steps; ++step) {
+      const Trial trial = Try(i, kMainsHz[i] + step * kStepHz);
       if (trial.gain > best.gain) best = trial;
     }
   }
