@@ -41,9 +41,9 @@ class JointStage {
   void Prepare(FrameSpectrum::Fine& data);
 
   /// The motion near the prior that has most evidence, the prior's own included. The covariance is
-  /// that of the images alone: large in directions that they do not determine, as along the only
-  /// edge in view, where the motion is the prior's. Scale 1.
-  /// @return kOk, kAmbiguous where the prior alone chose the motion, or kNoMatch.
+  /// that of the images and of the heights: large in directions that the images do not determine,
+  /// as along the only edge in view. Scale 1.
+  /// @return kOk, kAmbiguous where another motion has nearly as much evidence, or kNoMatch.
   [[nodiscard]] Registration Match(const Images& images, const MotionPrior& prior);
 
   /// The motion as the images and an expectation together tell it: mean and covariance of the
