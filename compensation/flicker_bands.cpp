@@ -58,14 +58,6 @@ void LevelRow(const std::array<std::uint16_t, 256>& table,
   }
 }
 
-/// The motion of a robot with a constant velocity.
-Pose2 MotionBy(const Twist2& velocity, double duration_s) {
-  const double yaw = velocity.yaw_rad_s * duration_s;
-  const Eigen::Vector2d t =
-      Pose2{0, 0, yaw / 2}.Rotation() * (velocity.linear_m_s * duration_s).eval();
-  return {t.x(), t.y(), yaw};
-}
-
 }  // namespace
 
 bool FlickerBands::Visible(double readout_time_s) {
@@ -196,7 +188,7 @@ void FlickerBands::Place(double stamp_s, const std::optional<Pose2>& T_map_base)
       placed_.clear();
     } else {
       const Pose2 step =
-          before && T_map_base ? before->Inverse() * *T_map_base : MotionBy(*velocity, pause_s);
+          before && T_map_base ? before->Inverse() * *T_map_base : velocity->Over(pause_s);
       now.T_odom_base = placed_.back().T_odom_base * step;
     }
   }

@@ -77,14 +77,11 @@ bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
       ++predicted_ > kMaxPredicted) {
     return false;
   }
-  const double turn = velocity_->yaw_rad_s * unplaced_s;
-  const Eigen::Vector2d way =
-      Pose2{0, 0, turn / 2}.Rotation() * (velocity_->linear_m_s * unplaced_s);
   const double sigma = kSpeedSigma * unplaced_s;
   const double sigma_rad = kTurnSigma * unplaced_s;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
-  hypotheses_.Move({way.x(), way.y(), turn}, covariance, true);
+  hypotheses_.Move(velocity_->Over(unplaced_s), covariance, true);
   StartChain(hypotheses_.All().front().pose.pose, frame);
   return true;
 }

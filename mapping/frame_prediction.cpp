@@ -297,9 +297,7 @@ double FramePrediction::Sigma() const {
 void FramePrediction::Continue(const Twist2& velocity) {
   if (!last_) return;
   constexpr double kStepS = 0.1;
-  const Eigen::Vector2d way = kStepS * velocity.linear_m_s;
-  const Pose2 step{way.x(), way.y(), kStepS * velocity.yaw_rad_s};
-  before_last_ = PlacedFrame{last_->T_map_base * step.Inverse(), last_->stamp_s - kStepS};
+  before_last_ = PlacedFrame{last_->T_map_base * velocity.Over(-kStepS), last_->stamp_s - kStepS};
   recent_ = {*before_last_, *last_};
   constexpr double kUsualErrorPx = 2.5;
   error_px_ = kUsualErrorPx;

@@ -17,6 +17,12 @@ struct Twist2 {
     return {half_back.Rotation() * T_before_now.Translation() / duration_s,
             T_before_now.yaw / duration_s};
   }
+  /// The inverse of Mean: T_now_later of a robot that turns evenly with this mean velocity.
+  [[nodiscard]] Pose2 Over(double duration_s) const {
+    const double yaw = yaw_rad_s * duration_s;
+    const Eigen::Vector2d way = Pose2{0, 0, yaw / 2}.Rotation() * (duration_s * linear_m_s).eval();
+    return {way.x(), way.y(), yaw};
+  }
 };
 
 /// A velocity at a time.
