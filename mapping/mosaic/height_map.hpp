@@ -1,12 +1,11 @@
 #pragma once
 
-#include <cstdint>
-#include <functional>
 #include <opencv2/core.hpp>
-#include <unordered_map>
 #include <vector>
 
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/mosaic/ratio_raster.hpp"
+#include "mapping/mosaic/surface_refutation.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -30,27 +29,23 @@ class HeightMap {
             const store::MapMetadata& metadata,
             int threads = 0);
 
-  /// Part of the images of a place that agree if its surface has a ratio; 1 where too few show it.
-  using AgreementAt = std::function<double(const cv::Point2d& p_map, float rho)>;
-  /// Compares the surfaces with the images. A surface that almost none of many keyframes confirm,
-  /// and on which their images do not agree, is none where they agree as well on that around it:
-  /// something moves there, or the measurements are wrong.
+  /// Compares the surfaces with the images, and replaces those that they refute (SettleSurfaces).
   /// @param agreement  called by several threads.
   /// @return changed places, pixels of Grid(), that no surface explains: something moves there.
   std::vector<cv::Point2d> Settle(const std::vector<graph::Keyframe>& keyframes,
                                   const store::MapMetadata& metadata,
-                                  const AgreementAt& agreement,
+                                  const ImageAgreement& agreement,
                                   int threads = 0);
 
   /// Whether no keyframe has heights: the ceiling is one plane.
-  [[nodiscard]] bool empty() const { return squares_.empty(); }
+  [[nodiscard]] bool empty() const { return raster_.empty(); }
   /// Extent of the raster and position of its pixels, as those of a mosaic; of 0 x 0 pixels where
   /// empty. Its resolution is a quarter of the distance between the cells of the keyframes.
-  [[nodiscard]] const store::MosaicGrid& Grid() const { return grid_; }
+  [[nodiscard]] const store::MosaicGrid& Grid() const { return raster_.Grid(); }
   /// rho of a window of the raster, CV_32FC1; 0 where nothing is known (the reference plane is the
   /// best guess there). Thread-safe.
   /// @param window  may extend beyond the grid, where nothing is known.
-  [[nodiscard]] cv::Mat Ratios(const cv::Rect& window) const;
+  [[nodiscard]] cv::Mat Ratios(const cv::Rect& window) const { return raster_.Ratios(window); }
   /// rho at a place of the map, interpolated where neighbours are of one surface; 0: not known.
   [[nodiscard]] float RatioAt(double x_map, double y_map) const;
   /// rho at the centres of a mosaic's pixels, 1 where it is not known; no matrix where all are.
@@ -62,30 +57,8 @@ class HeightMap {
   [[nodiscard]] bool Sees(const ViewPlacement& view, const cv::Point2d& p_map, float rho) const;
 
  private:
-  using Squares = std::unordered_map<std::int64_t, cv::Mat>;  // CV_32FC1, parts of the raster
-
-  [[nodiscard]] float At(int col, int row) const;
-  /// Calls work(square's first pixel, square) for all squares, in threads.
-  template <typename Work>
-  void ForEachSquare(int threads, const Work& work);
-  /// Calls work(square's first pixel, square, counts), for each pixel of a square the images of the
-  /// place, those that confirm its surface, and those that see through it.
-  template <typename Work>
-  void ForEachCounted(const std::vector<graph::Keyframe>& keyframes,
-                      const store::MapMetadata& metadata,
-                      int threads,
-                      const Work& work);
-  void RefuteAround(const AgreementAt& agreement, int threads);
-  std::vector<cv::Point2d> ReplaceRefuted(const Squares& before,
-                                          const AgreementAt& agreement,
-                                          int threads);
-  [[nodiscard]] cv::Point2d PlaceOf(int col, int row) const;
-  void FillAll(int threads);
-  void FindRange();
-
-  store::MosaicGrid grid_;
-  Squares squares_;
-  cv::Vec2f range_{1, 1};
+  RatioRaster raster_;
+  cv::Vec2f range_{1, 1};  // of raster_
 };
 
 }  // namespace ceilmap::mosaic
