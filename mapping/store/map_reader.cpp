@@ -9,6 +9,8 @@
 #include <unordered_set>
 
 #include "calib/base/error.hpp"
+#include "mapping/store/attribute_tables.hpp"
+#include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
 #include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"

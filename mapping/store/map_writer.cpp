@@ -6,6 +6,8 @@
 
 #include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
+#include "mapping/store/attribute_tables.hpp"
+#include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
 #include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"

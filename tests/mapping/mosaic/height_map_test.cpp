@@ -146,14 +146,5 @@ TEST(HeightMap, RatiosOverAMosaicAreThoseOfItsPixels) {
   }
 }
 
-TEST(HeightMap, ConvertsRatiosToHeights) {
-  store::MapMetadata metadata = two_planes::Metadata();
-  metadata.view_focal_px = 0;
-  EXPECT_FALSE(store::HeightAboveFloor(metadata, 1));
-  metadata.view_focal_px = 200;  // at 0.01 m per pixel: the ceiling is 2 m above the camera
-  EXPECT_DOUBLE_EQ(store::HeightAboveFloor(metadata, 1).value(), 2.6);
-  EXPECT_DOUBLE_EQ(store::HeightAboveFloor(metadata, 1.25).value(), 2.2);
-}
-
 }  // namespace
 }  // namespace ceilmap::mosaic

@@ -98,6 +98,11 @@ inline void FillMosaic(const cv::Rect& window, cv::Mat& grey, cv::Mat& alpha) {
   }
 }
 
+/// Whether two images have the same size, type and pixels.
+inline bool Same(const cv::Mat& a, const cv::Mat& b) {
+  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
+}
+
 inline cv::Mat Image(std::int64_t id, cv::Size size) {
   cv::Mat image(size, CV_8UC1);
   cv::RNG rng(static_cast<std::uint64_t>(id) + 1);
