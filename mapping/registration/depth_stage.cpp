@@ -355,6 +355,11 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
   return result;
 }
 
+heights::HeightField DepthStage::OnGrid(const heights::HeightField& known) const {
+  if (known.grid == unknown_.grid && known.cells.size() == unknown_.cells.size()) return known;
+  return heights::Predict(known, unknown_, [](const Eigen::Vector2d& x, double) { return x; });
+}
+
 heights::HeightField DepthStage::Refined(const FrameSpectrum::Fine& reference,
                                          const heights::HeightField& known,
                                          const FrameSpectrum::Fine& other,

@@ -39,6 +39,9 @@ class DepthStage {
                        const FrameSpectrum::Fine& current,
                        const PlaneMotion& start);
 
+  /// Heights on the grid of this stage: those of a map file may be on another one.
+  [[nodiscard]] heights::HeightField OnGrid(const heights::HeightField& known) const;
+
   /// `known`, refined by another image whose motion is known.
   heights::HeightField Refined(const FrameSpectrum::Fine& reference,
                                const heights::HeightField& known,

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 #include "calib/base/pose2.hpp"
-#include "mapping/registration/kernels.hpp"
+#include "mapping/registration/plane_measurement.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -46,74 +45,9 @@ constexpr double kCommonCodingErrors = 2;
 constexpr int kWideSearch = 8;   // rough pixels: covers the error of the coarse stage
 constexpr int kCloseSearch = 4;  // pixels of the level, for an approximate motion
 
-constexpr int kFineSide = 1200;  // maximum of the longer side of the fine level, approximately
-constexpr int kSmallSide = 240;  // shorter side; from here on there are six rows of rough blocks
-
 constexpr int kFineBlockPx = 64;
 
-void Fill(
-    const cv::Mat& grey, double factor, cv::Size size, const ImageNoise& noise, Level& level) {
-  level.grey.Resize(static_cast<std::size_t>(size.area()));
-  // An enlarged image has all its noise in a quarter of the band, twice as dense along each axis.
-  level.noise = noise.Reduced(factor);
-  if (factor < 1) {
-    cv::Mat exact;
-    grey.convertTo(exact, CV_32F);
-    cv::Mat enlarged(size, CV_32FC1, level.grey.data());
-    cv::resize(exact, enlarged, size, 0, 0, cv::INTER_LANCZOS4);
-    return;
-  }
-  kernels::ReduceArea(grey.ptr<unsigned char>(),
-                      grey.step,
-                      static_cast<int>(factor),
-                      size.width,
-                      size.height,
-                      level.grey.data());
-}
-
 }  // namespace
-
-cv::Mat LevelMask(const cv::Mat& mask, cv::Size size) {
-  if (mask.empty()) return {};
-  cv::Mat reduced;
-  cv::resize(mask, reduced, size, 0, 0, cv::INTER_AREA);
-  return reduced;
-}
-
-double FineFactor(cv::Size full) {
-  if (std::min(full.width, full.height) < kSmallSide) return 0.5;
-  const int reduction = 1 + (std::max(full.width, full.height) - 1) / kFineSide;
-  return reduction;
-}
-
-LevelFrame::LevelFrame(cv::Size full, double full_px_per_level_px)
-    : factor(full_px_per_level_px),
-      size(static_cast<int>(full.width / factor), static_cast<int>(full.height / factor)),
-      offset(0.5 * (factor * size.width - full.width), 0.5 * (factor * size.height - full.height)) {
-}
-
-ImageMotion LevelFrame::FromFull(const ImageMotion& full) const {
-  ImageMotion level = full;
-  const Eigen::Vector2d t = (full.Apply(offset) - offset) / factor;
-  level.tx_px = t.x();
-  level.ty_px = t.y();
-  return level;
-}
-
-ImageMotion LevelFrame::ToFull(const ImageMotion& level) const {
-  ImageMotion full = level;
-  full.tx_px = 0;
-  full.ty_px = 0;
-  const Eigen::Vector2d t =
-      factor * Eigen::Vector2d(level.tx_px, level.ty_px) + offset - full.Apply(offset);
-  full.tx_px = t.x();
-  full.ty_px = t.y();
-  return full;
-}
-
-PlaneCamera LevelFrame::CameraOf(const PlaneCamera& full) const {
-  return {full.focal_px / factor, (full.principal_px - offset) / factor};
-}
 
 FineStage::FineStage(cv::Size size, const RegistrarParams& params)
     : params_(params),
@@ -133,8 +67,8 @@ void FineStage::Analyze(const cv::Mat& grey,
                         FrameSpectrum::Fine& data,
                         const cv::Mat& mask) const {
   data.noise = MakeNoise(white_noise);
-  Fill(grey, fine_frame_.factor, fine_frame_.size, data.noise, data.fine);
-  Fill(grey, 2 * fine_frame_.factor, rough_frame_.size, data.noise, data.rough);
+  FillLevel(grey, fine_frame_.factor, fine_frame_.size, data.noise, data.fine);
+  FillLevel(grey, 2 * fine_frame_.factor, rough_frame_.size, data.noise, data.rough);
   fine_.TakeMask(LevelMask(mask, fine_frame_.size), data.fine);
   rough_.TakeMask(LevelMask(mask, rough_frame_.size), data.rough);
 }
@@ -357,72 +291,14 @@ Dissimilarity FineStage::CompareRough(const FrameSpectrum::Fine& reference,
   return rough_.Compare(reference.rough, current.rough, rough, noise_power);
 }
 
-/// Maximum distance between the images of the corners under two motions, pixels of the level.
-double FineStage::CornerStep(const PlaneCamera& camera,
-                             const PlaneMotion& a,
-                             const PlaneMotion& b) const {
-  const double right = 0.5 * fine_frame_.size.width;
-  const double low = 0.5 * fine_frame_.size.height;
-  double largest = 0;
-  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(-right, -low),
-                                        Eigen::Vector2d(right, -low),
-                                        Eigen::Vector2d(-right, low),
-                                        Eigen::Vector2d(right, low)}) {
-    largest = std::max(largest, (a.Apply(camera, corner) - b.Apply(camera, corner)).norm());
-  }
-  return largest;
-}
-
-// The selection needs only an approximate common area.
-std::vector<int> FineStage::SelectUnder(const FrameSpectrum::Fine& reference,
-                                        const FrameSpectrum::Fine& current,
-                                        const PlaneCamera& level_camera,
-                                        const PlaneMotion& motion,
-                                        int count) const {
-  ImageMotion rough;
-  const Eigen::Vector2d centre = motion.Apply(level_camera, Eigen::Vector2d::Zero());
-  rough.tx_px = centre.x();
-  rough.ty_px = centre.y();
-  rough.theta_rad = -motion.yaw;
-  return fine_.Select(reference.fine, current.fine, rough, count);
-}
-
 PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
                                 const FrameSpectrum::Fine& current,
                                 const PlaneCamera& camera,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
                                 int rounds) {
-  const PlaneCamera level_camera = fine_frame_.CameraOf(camera);
-  PlaneFit fit;
-  fit.motion = start;
-  std::vector<PlaneShift> shifts;
-  std::vector<PlaneShift> measured;
-  std::vector<int> valid;  // blocks of `shifts` that need not be measured again
-  for (int round = 0; round < rounds; ++round) {
-    const int count = round == 0 ? kFirstBlocks : params_.final_blocks;
-    std::vector<int> chosen = SelectUnder(reference, current, level_camera, fit.motion, count);
-    if (valid.empty()) shifts.clear();
-    std::erase_if(chosen, [&valid](int block) {
-      return std::find(valid.begin(), valid.end(), block) != valid.end();
-    });
-    const int search_px = round == 0 ? 2 * kWideSearch : kCloseSearch;
-    fine_.MeasurePlane(
-        reference.fine, current.fine, level_camera, fit.motion, chosen, search_px, measured);
-    shifts.insert(shifts.end(), measured.begin(), measured.end());
-    const PlaneMotion from = fit.motion;
-    const bool prepares = round == 0 && rounds > 1;
-    fit = FitPlaneMotion(level_camera, shifts, from, params, !prepares);
-    if (!fit.ok) return fit;
-    // A block measured again from less than this distance would give the same shift.
-    constexpr double kSettledPx = 0.3;
-    const bool settled = CornerStep(level_camera, from, fit.motion) < kSettledPx;
-    if (round > 0 && settled) break;
-    valid.clear();
-    if (settled) valid = std::move(chosen);
-  }
-  fit.sigma_px *= fine_frame_.factor;
-  return fit;
+  PlaneMeasurement measurement(fine_, fine_frame_, {reference.fine, current.fine}, camera);
+  return measurement.Fit(start, params, rounds, params_.final_blocks);
 }
 
 std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Fine& reference,
@@ -430,17 +306,8 @@ std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Fine& refer
                                                 const PlaneCamera& camera,
                                                 const PlaneMotion& motion,
                                                 int count) {
-  const PlaneCamera level_camera = fine_frame_.CameraOf(camera);
-  const auto chosen = SelectUnder(reference, current, level_camera, motion, count);
-  std::vector<PlaneShift> shifts;
-  fine_.MeasurePlane(
-      reference.fine, current.fine, level_camera, motion, chosen, kCloseSearch, shifts);
-  for (PlaneShift& shift : shifts) {
-    shift.block.point = fine_frame_.factor * shift.block.point + fine_frame_.offset;
-    shift.block.shift *= fine_frame_.factor;
-    shift.seen = fine_frame_.factor * shift.seen + fine_frame_.offset;
-  }
-  return shifts;
+  PlaneMeasurement measurement(fine_, fine_frame_, {reference.fine, current.fine}, camera);
+  return measurement.Measure(motion, count);
 }
 
 }  // namespace ceilmap::registration

@@ -7,6 +7,7 @@
 #include "mapping/registration/block_stage.hpp"
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/frame_data.hpp"
+#include "mapping/registration/level_frame.hpp"
 #include "mapping/registration/motion_fit.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -39,34 +40,6 @@ struct Finalist {
   bool alike_but_for_codec = false;
   bool blurred = false;  ///< only the low band could be used
 };
-
-/// One reduced (or enlarged) image of the fine stage and its position in the full one: x_full =
-/// factor * x_level + offset, both relative to the images' centres.
-struct LevelFrame {
-  /// @param full_px_per_level_px  A whole number, or one half.
-  LevelFrame(cv::Size full, double full_px_per_level_px);
-  [[nodiscard]] ImageMotion FromFull(const ImageMotion& full) const;
-  [[nodiscard]] ImageMotion ToFull(const ImageMotion& level) const;
-  /// The camera of the level. A plane motion is in units of the plane's distance: it is the same on
-  /// every level, only the camera differs.
-  [[nodiscard]] PlaneCamera CameraOf(const PlaneCamera& full) const;
-
-  double factor = 1;
-  cv::Size size;
-  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
-};
-
-/// Side of the blocks of the rough level, its pixels. 0.12 cycles per rough pixel are 0.06 per fine
-/// pixel. Motion blur in one of two images inverts the sign of the spectrum above 1/length of the
-/// blur, which splits a phase-only peak into two peaks beside the true one. This band is below that
-/// limit for blurs up to about ten pixels, and it is the least sensitive to noise.
-inline constexpr int kRoughBlockPx = 32;
-
-/// Full pixels per pixel of the fine level (FineStage): a whole number, or one half.
-double FineFactor(cv::Size full);
-/// A mask at the size of a level: a pixel of the level has content only if all of its full pixels
-/// do. Empty for an empty mask.
-cv::Mat LevelMask(const cv::Mat& mask, cv::Size size);
 
 /// The fine stage of registration on two levels: blocks of a rough level (half the resolution of
 /// the fine one), which use the low band and are robust against noise and motion blur, and blocks
@@ -118,8 +91,7 @@ class FineStage {
                         const FrameSpectrum::Fine& current,
                         const ImageMotion& motion);
 
-  /// Plane motion from blocks of the full image, measured and fitted from `start` until it
-  /// converges, at most `rounds` times.
+  /// PlaneMeasurement::Fit with blocks of the fine level.
   PlaneFit RefinePlane(const FrameSpectrum::Fine& reference,
                        const FrameSpectrum::Fine& current,
                        const PlaneCamera& camera,
@@ -127,8 +99,7 @@ class FineStage {
                        const PlaneFitParams& params,
                        int rounds);
 
-  /// The measurements of RefinePlane, at a motion that is known to one or two pixels: of the full
-  /// image, relative to its centre. @param count  Maximum number of blocks.
+  /// PlaneMeasurement::Measure with blocks of the fine level.
   std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Fine& reference,
                                        const FrameSpectrum::Fine& current,
                                        const PlaneCamera& camera,
@@ -151,14 +122,6 @@ class FineStage {
                              const FrameSpectrum::Fine& current,
                              const ImageMotion& motion,
                              double noise_power);
-  std::vector<int> SelectUnder(const FrameSpectrum::Fine& reference,
-                               const FrameSpectrum::Fine& current,
-                               const PlaneCamera& level_camera,
-                               const PlaneMotion& motion,
-                               int count) const;
-  [[nodiscard]] double CornerStep(const PlaneCamera& camera,
-                                  const PlaneMotion& a,
-                                  const PlaneMotion& b) const;
   void MeasureRough(const FrameSpectrum::Fine& reference,
                     const FrameSpectrum::Fine& current,
                     const ImageMotion& motion,

@@ -3,19 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "calib/base/error.hpp"
-#include "calib/base/pose2.hpp"
 #include "mapping/registration/buffer_pool.hpp"
 #include "mapping/registration/coarse.hpp"
+#include "mapping/registration/depth_search.hpp"
 #include "mapping/registration/depth_stage.hpp"
 #include "mapping/registration/fine_stage.hpp"
 #include "mapping/registration/impulses.hpp"
 #include "mapping/registration/joint_stage.hpp"
 #include "mapping/registration/noise.hpp"
-#include "mapping/registration/rivals.hpp"
+#include "mapping/registration/plane_search.hpp"
 
 namespace ceilmap::registration {
 
@@ -23,10 +22,14 @@ namespace {
 
 // Grey levels; images with less show nothing.
 constexpr double kMinContrast = 0.25;
-// Another motion with this part of the best agreement is a rival, and ...
-constexpr double kRivalRatio = 0.7;
-// ... stays one unless the images speak against it by so many nats.
-constexpr double kMinEvidence = 4.5;
+
+void CheckNotEmpty(const FrameSpectrum& reference,
+                   const FrameSpectrum& current,
+                   const char* function) {
+  if (!reference.empty() && !current.empty()) return;
+  throw std::invalid_argument(fmt::format("Registrar::{}: an empty FrameSpectrum", function));
+}
+
 }  // namespace
 
 struct Registrar::Impl {
@@ -61,28 +64,18 @@ struct Registrar::Impl {
                                         float noise,
                                         const cv::Mat& mask);
   std::shared_ptr<Fine> AnalyzeFine(const cv::Mat& clean_grey, float noise, const cv::Mat& mask);
-  void AddExpected(const MotionPrior& prior, std::vector<Hypothesis>& hypotheses) const;
-  Registration Run(const FrameSpectrum& reference,
-                   const FrameSpectrum& current,
-                   const std::optional<MotionPrior>& prior,
-                   const std::optional<RotationRange>& near);
-  Registration RunFeatures(const FrameSpectrum& reference,
-                           const FrameSpectrum& current,
-                           const std::optional<MotionPrior>& prior);
-  Registration Verify(Fine& reference,
-                      const Fine& current,
-                      const std::vector<Hypothesis>& hypotheses,
-                      const std::optional<MotionPrior>& prior);
-  Registration Choose(const Fine& reference,
-                      const Fine& current,
-                      const std::vector<Finalist>& finalists,
-                      const std::optional<MotionPrior>& prior);
-  heights::HeightField OnGrid(const heights::HeightField& known);
-  Registration RunWithDepth(const FrameSpectrum& reference_spectrum,
-                            const heights::HeightField& known,
-                            const FrameSpectrum& current_spectrum,
-                            const std::optional<MotionPrior>& prior,
-                            const std::optional<ImageMotion>& start);
+  /// Searches the motion under a ceiling with depth.
+  Registration FindWithDepth(const FrameSpectrum& reference,
+                             const heights::HeightField& known,
+                             const FrameSpectrum& current,
+                             const std::optional<MotionPrior>& prior,
+                             const std::optional<ImageMotion>& start) {
+    return DepthSearch(coarse, fine, Depth(), params)
+        .Find(PartsOf(reference), known, PartsOf(current), prior, start);
+  }
+  static ImageParts PartsOf(const FrameSpectrum& spectrum) {
+    return {spectrum.coarse_.get(), *spectrum.fine_};
+  }
 };
 
 std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
@@ -169,145 +162,17 @@ FrameSpectrum Registrar::Complete(const cv::Mat& grey,
   return complete;
 }
 
-Registration Registrar::Impl::Choose(const Fine& reference,
-                                     const Fine& current,
-                                     const std::vector<Finalist>& finalists,
-                                     const std::optional<MotionPrior>& prior) {
-  std::vector<Finalist> rivals = Rivals(finalists, kRivalRatio);
-  bool settled = true;
-  bool disambiguated_by_prior = false;
-  if (rivals.size() > 1) {
-    // On a nearly periodic ceiling only few marks are distinctive: all blocks are compared under
-    // one motion.
-    for (Finalist& f : rivals) fine.Compare(reference, current, f);
-    std::sort(rivals.begin(), rivals.end(), [](const Finalist& a, const Finalist& b) {
-      return a.dissimilarity.mean < b.dissimilarity.mean;
-    });
-    double evidence = Evidence(rivals[0].dissimilarity, rivals[1].dissimilarity);
-    for (std::size_t i = 2; i < rivals.size(); ++i) {
-      evidence = std::min(evidence, Evidence(rivals[0].dissimilarity, rivals[i].dissimilarity));
-    }
-    disambiguated_by_prior = evidence <= kMinEvidence;
-    settled = !disambiguated_by_prior || ChooseByPrior(prior, rivals);
-  }
-  Registration result = rivals.front().result;
-  result.peak = rivals.front().agreement;
-  result.disambiguated_by_prior = result.ok() && disambiguated_by_prior;
-  for (const Finalist& f : finalists) {
-    if (Differ(f.result.motion, result.motion)) {
-      result.runner_up = std::max(result.runner_up, f.agreement);
-    }
-  }
-  if (result.ok() && !settled) result.verdict = Verdict::kAmbiguous;
-  return result;
-}
-
-/// On a periodic ceiling the motions with the most overlap come first, and the expected one may not
-/// be among them.
-void Registrar::Impl::AddExpected(const MotionPrior& prior,
-                                  std::vector<Hypothesis>& hypotheses) const {
-  const bool known =
-      std::any_of(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& hypothesis) {
-        return fine.Reaches(hypothesis.motion, prior.motion);
-      });
-  if (known) return;
-  Hypothesis expected = hypotheses.front();
-  expected.motion = prior.motion;
-  expected.overlap = OverlapOf(prior.motion, size);
-  constexpr double kMinOverlap = 0.25;
-  if (expected.overlap > kMinOverlap) hypotheses.push_back(expected);
-}
-
-/// Tests the hypotheses with blocks, refines the best ones and chooses among them.
-/// @param hypotheses  not empty.
-Registration Registrar::Impl::Verify(Fine& reference,
-                                     const Fine& current,
-                                     const std::vector<Hypothesis>& hypotheses,
-                                     const std::optional<MotionPrior>& prior) {
-  fine.PrepareReference(reference);
-  std::vector<Candidate> candidates;
-  candidates.reserve(hypotheses.size());
-  for (const Hypothesis& hypothesis : hypotheses) {
-    candidates.push_back(fine.Test(reference, current, hypothesis));
-  }
-  std::vector<Finalist> finalists;
-  for (const Candidate& rival : NearlyBest(candidates, kRivalRatio)) {
-    finalists.push_back(fine.Refine(reference, current, rival));
-  }
-  Registration result = Choose(reference, current, finalists, prior);
-  if (result.verdict == Verdict::kNoMatch && prior && params.same_recording &&
-      reference.noise.IsEncoded() && current.noise.IsEncoded()) {
-    if (const auto expected = FindExpected(finalists, *prior)) result = *expected;
-  }
-  for (const Candidate& c : candidates) {
-    if (finalists.size() == 1 && Differ(c.motion, result.motion)) {
-      result.runner_up = std::max(result.runner_up, c.Agreement());
-    }
-  }
-  return result;
-}
-
-/// Heights on the grid of this registrar: those of a map file may be on another one.
-heights::HeightField Registrar::Impl::OnGrid(const heights::HeightField& known) {
-  const heights::HeightField& grid = Depth().Unknown();
-  if (known.grid == grid.grid && known.cells.size() == grid.cells.size()) return known;
-  return heights::Predict(known, grid, [](const Eigen::Vector2d& x, double) { return x; });
-}
-
-/// The prior's motion first; where it does not fit, the proposals of the coarse stage.
-Registration Registrar::Impl::RunWithDepth(const FrameSpectrum& reference_spectrum,
-                                           const heights::HeightField& given,
-                                           const FrameSpectrum& current_spectrum,
-                                           const std::optional<MotionPrior>& prior,
-                                           const std::optional<ImageMotion>& start) {
-  const heights::HeightField known = OnGrid(given);
-  Fine& reference = *reference_spectrum.fine_;
-  Fine& current = *current_spectrum.fine_;
-  fine.PrepareReference(reference);
-  Depth().PrepareReference(reference);
-  constexpr double kReachPx = 30;
-  Registration expected;
-  if (prior && prior->sigma_px < kReachPx) {
-    expected = depth->Match(reference, known, current, prior->motion);
-  }
-  if (start) {
-    Registration other = depth->Match(reference, known, current, *start);
-    if (other.ok() && (!expected.ok() || other.peak > expected.peak)) std::swap(expected, other);
-  }
-  if (expected.ok()) return expected;
-  std::optional<RotationRange> near;
-  if (prior) near = {prior->motion.theta_rad, 4 * prior->sigma_theta_rad + 0.05};
-  Registration best;
-  const auto verify = [&](const std::vector<Hypothesis>& hypotheses) {
-    for (const Hypothesis& hypothesis : hypotheses) {
-      Registration found = depth->Match(reference, known, current, hypothesis.motion);
-      if (!found.ok()) continue;
-      if (best.ok() && !Differ(best.motion, found.motion)) continue;
-      if (found.peak > best.peak) std::swap(best, found);
-      best.runner_up = std::max(best.runner_up, found.peak);
-    }
-  };
-  verify(coarse.Propose(*reference_spectrum.coarse_, *current_spectrum.coarse_, false, near));
-  if (!best.ok() && params.local_features) {
-    verify(fine.ProposeByFeatures(reference, current, &known));
-  }
-  if (best.ok() && best.runner_up > kRivalRatio * best.peak) best.verdict = Verdict::kAmbiguous;
-  return best;
-}
-
 Registration Registrar::RegisterWithDepth(const FrameSpectrum& reference,
                                           const FrameSpectrum& current,
                                           const std::optional<MotionPrior>& prior,
                                           const std::optional<ImageMotion>& start) {
-  return impl_->RunWithDepth(reference, impl_->Depth().Unknown(), current, prior, start);
+  return impl_->FindWithDepth(reference, impl_->Depth().Unknown(), current, prior, start);
 }
 
 Registration Registrar::RegisterJointly(const FrameSpectrum& reference,
                                         const FrameSpectrum& current,
                                         const MotionPrior& prior) {
-  if (reference.empty() || current.empty()) {
-    throw std::invalid_argument("Registrar::RegisterJointly: an empty FrameSpectrum");
-  }
+  CheckNotEmpty(reference, current, "RegisterJointly");
   JointStage& joint = impl_->Joint();
   joint.Prepare(*reference.fine_);
   joint.Prepare(*current.fine_);
@@ -318,9 +183,7 @@ Registration Registrar::CorrectJointly(const FrameSpectrum& reference,
                                        const FrameSpectrum& current,
                                        const ImageMotion& expected,
                                        const Eigen::Matrix3d& covariance) {
-  if (reference.empty() || current.empty()) {
-    throw std::invalid_argument("Registrar::CorrectJointly: an empty FrameSpectrum");
-  }
+  CheckNotEmpty(reference, current, "CorrectJointly");
   JointStage& joint = impl_->Joint();
   joint.Prepare(*reference.fine_);
   joint.Prepare(*current.fine_);
@@ -334,7 +197,7 @@ PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,
   impl_->fine.PrepareReference(*reference.fine_);
   impl_->Depth().PrepareReference(*reference.fine_);
   return impl_->depth->MatchTilted(
-      *reference.fine_, impl_->OnGrid(*reference.heights_), *current.fine_, start);
+      *reference.fine_, impl_->Depth().OnGrid(*reference.heights_), *current.fine_, start);
 }
 
 const heights::HeightField& Registrar::EmptyHeights() const {
@@ -352,34 +215,13 @@ heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
   impl_->fine.PrepareReference(*reference.fine_);
   impl_->Depth().PrepareReference(*reference.fine_);
   return impl_->Depth().Refined(
-      *reference.fine_, impl_->OnGrid(*reference.heights_), *other.fine_, motion);
-}
-
-Registration Registrar::Impl::Run(const FrameSpectrum& reference,
-                                  const FrameSpectrum& current,
-                                  const std::optional<MotionPrior>& prior,
-                                  const std::optional<RotationRange>& near) {
-  auto hypotheses =
-      coarse.Propose(*reference.coarse_, *current.coarse_, params.estimate_scale, near);
-  if (hypotheses.empty()) return {};
-  if (prior) AddExpected(*prior, hypotheses);
-  return Verify(*reference.fine_, *current.fine_, hypotheses, prior);
-}
-
-Registration Registrar::Impl::RunFeatures(const FrameSpectrum& reference,
-                                          const FrameSpectrum& current,
-                                          const std::optional<MotionPrior>& prior) {
-  const auto hypotheses = fine.ProposeByFeatures(*reference.fine_, *current.fine_);
-  if (hypotheses.empty()) return {};
-  return Verify(*reference.fine_, *current.fine_, hypotheses, prior);
+      *reference.fine_, impl_->Depth().OnGrid(*reference.heights_), *other.fine_, motion);
 }
 
 Registration Registrar::Register(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const std::optional<MotionPrior>& prior) {
-  if (reference.empty() || current.empty()) {
-    throw std::invalid_argument("Registrar::Register: an empty FrameSpectrum");
-  }
+  CheckNotEmpty(reference, current, "Register");
   if (!reference.HasCoarse() || !current.HasCoarse()) {
     throw std::invalid_argument("Registrar::Register: a FrameSpectrum of AnalyzeFine");
   }
@@ -389,21 +231,10 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     return none;
   }
   if (reference.heights_) {
-    return impl_->RunWithDepth(reference, *reference.heights_, current, prior, std::nullopt);
+    return impl_->FindWithDepth(reference, *reference.heights_, current, prior, std::nullopt);
   }
-  if (prior) {
-    // Motions that the prior excludes need not be computed, as long as the expected one is found.
-    constexpr double kSigmas = 4;
-    const RotationRange near{prior->motion.theta_rad, kSigmas * prior->sigma_theta_rad + 0.05};
-    Registration expected = impl_->Run(reference, current, prior, near);
-    if (expected.ok()) return expected;
-  }
-  Registration found = impl_->Run(reference, current, prior, std::nullopt);
-  if (found.verdict == Verdict::kNoMatch && impl_->params.local_features) {
-    Registration by_features = impl_->RunFeatures(reference, current, prior);
-    if (by_features.verdict != Verdict::kNoMatch) return by_features;
-  }
-  return found;
+  return PlaneSearch(impl_->coarse, impl_->fine, impl_->params, impl_->size)
+      .Find(Impl::PartsOf(reference), Impl::PartsOf(current), prior);
 }
 
 PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
@@ -411,9 +242,7 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
                                 const PlaneCamera& camera,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params) {
-  if (reference.empty() || current.empty()) {
-    throw std::invalid_argument("Registrar::RefinePlane: an empty FrameSpectrum");
-  }
+  CheckNotEmpty(reference, current, "RefinePlane");
   constexpr int kRounds = 3;
   impl_->fine.PrepareFine(*reference.fine_);
   return impl_->fine.RefinePlane(*reference.fine_, *current.fine_, camera, start, params, kRounds);
@@ -423,9 +252,7 @@ std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
                                                 const FrameSpectrum& current,
                                                 const PlaneCamera& camera,
                                                 const PlaneMotion& motion) {
-  if (reference.empty() || current.empty()) {
-    throw std::invalid_argument("Registrar::MeasurePlane: an empty FrameSpectrum");
-  }
+  CheckNotEmpty(reference, current, "MeasurePlane");
   impl_->fine.PrepareFine(*reference.fine_);
   return impl_->fine.MeasurePlane(
       *reference.fine_, *current.fine_, camera, motion, impl_->params.final_blocks);
@@ -434,18 +261,14 @@ std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
 Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const ImageMotion& motion) {
-  if (reference.empty() || current.empty()) {
-    throw std::invalid_argument("Registrar::Compare: an empty FrameSpectrum");
-  }
+  CheckNotEmpty(reference, current, "Compare");
   return impl_->fine.Compare(*reference.fine_, *current.fine_, motion);
 }
 
 Registration Registrar::Refine(const FrameSpectrum& reference,
                                const FrameSpectrum& current,
                                const ImageMotion& start) {
-  if (reference.empty() || current.empty()) {
-    throw std::invalid_argument("Registrar::Refine: an empty FrameSpectrum");
-  }
+  CheckNotEmpty(reference, current, "Refine");
   FrameSpectrum::Fine& ref = *reference.fine_;
   const FrameSpectrum::Fine& cur = *current.fine_;
   impl_->fine.PrepareReference(ref);

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "mapping/registration/block_stage.hpp"
+#include "mapping/registration/level_frame.hpp"
+#include "mapping/registration/plane_motion.hpp"
+
+namespace ceilmap::registration {
+
+/// Two images on one level; the reference has blocks.
+struct LevelPair {
+  const Level& reference;
+  const Level& current;
+};
+
+/// The plane-induced motion between two images (mapping/registration/README.md, "Plane-induced
+/// motion"), measured with blocks of one level. Motions are in units of the plane's distance, the
+/// same on every level. Internal to the registrar.
+class PlaneMeasurement {
+ public:
+  /// @param blocks, frame  of the level. @param camera  of the full images.
+  PlaneMeasurement(BlockStage& blocks,
+                   const LevelFrame& frame,
+                   const LevelPair& images,
+                   const PlaneCamera& camera)
+      : blocks_(blocks), frame_(frame), images_(images), camera_(frame.CameraOf(camera)) {}
+
+  /// Measures and fits from `start`, known to about 16 pixels of the level, until the motion
+  /// converges, at most `rounds` times. @param count  Maximum number of blocks from the second
+  /// round on.
+  PlaneFit Fit(const PlaneMotion& start, const PlaneFitParams& params, int rounds, int count);
+
+  /// The measurements at a motion that is known to one or two pixels: of the full image, relative
+  /// to its centre. @param count  Maximum number of blocks.
+  std::vector<PlaneShift> Measure(const PlaneMotion& motion, int count);
+
+ private:
+  [[nodiscard]] std::vector<int> Select(const PlaneMotion& motion, int count) const;
+  [[nodiscard]] double CornerStep(const PlaneMotion& a, const PlaneMotion& b) const;
+
+  BlockStage& blocks_;
+  const LevelFrame& frame_;
+  LevelPair images_;
+  PlaneCamera camera_;  // of the level
+};
+
+}  // namespace ceilmap::registration
