@@ -8,7 +8,7 @@
 
 #include "calib/rig.hpp"
 #include "calib/solve/drive_solver.hpp"
-#include "calib/solve/rig_problem.hpp"
+#include "calib/solve/pair_problem.hpp"
 
 namespace ceilmap::calibration {
 
@@ -55,8 +55,8 @@ struct DriveScales {
 /// pixels when multiplied by the focal length of the rig.
 Eigen::Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point);
 
-/// A least-squares problem whose residuals all have standard deviation 1.
-struct DriveProblem {
+/// The problem of a drive. The camera's errors are the first free parameters.
+struct DriveProblem : PairProblem {
   DriveProblem(const std::vector<DrivePoint>& points,
                const Drive& drive,
                double focal_px,
@@ -64,10 +64,7 @@ struct DriveProblem {
                const DriveUnknowns& params,
                DriveParameters& parameters);
 
-  ceres::Problem problem;
-  std::vector<BlockOwner> owners;
-  std::vector<double*> blocks;  ///< free parameters in the order of Jacobians; errors come first
-  std::vector<int> estimated;   ///< columns of the errors: indices of CameraError
+  std::vector<int> estimated;  ///< columns of the errors: indices of CameraError
 };
 
 }  // namespace ceilmap::calibration

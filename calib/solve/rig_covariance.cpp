@@ -38,56 +38,6 @@ MatrixXd Asked(const RigParameters& parameters, int columns) {
   return asked;
 }
 
-// The Jacobian of all residuals, row by row, without the loss function.
-struct Linearized {
-  explicit Linearized(RigProblem& problem) {
-    ceres::Problem::EvaluateOptions options;
-    options.apply_loss_function = false;
-    options.parameter_blocks = problem.blocks;
-    for (const BlockOwner& owner : problem.owners) options.residual_blocks.push_back(owner.id);
-    problem.problem.Evaluate(options, nullptr, &residuals, nullptr, &jacobian);
-  }
-  std::vector<double> residuals;
-  ceres::CRSMatrix jacobian;
-};
-
-// Contribution of one residual block.
-struct BlockTerm {
-  int rows = 0;
-  double weight = 1;  // rho'
-  double bend = 0;    // 2 rho''
-};
-
-BlockTerm TermOf(const BlockOwner& owner,
-                 const Linearized& at,
-                 std::size_t row,
-                 const ceres::Problem& problem) {
-  BlockTerm term;
-  term.rows = problem.GetCostFunctionForResidualBlock(owner.id)->num_residuals();
-  if (!owner.place) return term;
-  double square = 0;
-  for (int k = 0; k < term.rows; ++k) {
-    const double r = at.residuals[row + static_cast<std::size_t>(k)];
-    square += r * r;
-  }
-  term.weight = 1 / (1 + square / (kCauchy * kCauchy));
-  term.bend = -2 * term.weight * term.weight / (kCauchy * kCauchy);
-  return term;
-}
-
-// Calls use(column, value) for each value of a row of the Jacobian.
-void ForRow(const ceres::CRSMatrix& m, std::size_t row, auto&& use) {
-  for (int k = m.rows[row]; k < m.rows[row + 1]; ++k) {
-    use(m.cols[static_cast<std::size_t>(k)], m.values[static_cast<std::size_t>(k)]);
-  }
-}
-
-void AddOuter(const ceres::CRSMatrix& m, std::size_t row, double weight, MatrixXd& H) {
-  ForRow(m, row, [&](int i, double a) {
-    ForRow(m, row, [&](int j, double b) { H(i, j) += weight * a * b; });
-  });
-}
-
 struct Hessians {
   MatrixXd hessian;  // of the robust cost
   MatrixXd gauss_newton;
@@ -231,34 +181,15 @@ RigCovarianceMatrix FromLens(const RigProblem& problem,
   return shift * shift.transpose();
 }
 
-RigCovarianceMatrix FromViews(const RigProblem& problem,
-                              const Linearized& at,
-                              const MatrixXd& influence,
-                              const RigParameters& parameters) {
-  std::vector<Influence> of_view(parameters.spin.size() + parameters.straight.size(),
-                                 Influence::Zero());
+RigCovarianceMatrix FromViews(const std::vector<PairInfluence>& pairs, std::size_t views) {
+  std::vector<Influence> of_view(views, Influence::Zero());
   RigCovarianceMatrix twice = decltype(twice)::Zero();
-  Influence of_pair = Influence::Zero();
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < problem.owners.size(); ++i) {
-    const BlockOwner& owner = problem.owners[i];
-    const BlockTerm term = TermOf(owner, at, row, problem.problem);
-    for (int k = 0; k < term.rows; ++k, ++row) {
-      const double pull = term.weight * at.residuals[row];
-      ForRow(at.jacobian, row, [&](int column, double a) {
-        of_pair += pull * a * influence.col(column);
-      });
-    }
-    const bool last = i + 1 == problem.owners.size() ||
-                      problem.owners[i + 1].first != owner.first ||
-                      problem.owners[i + 1].second != owner.second;
-    if (!last) continue;
-    of_view[static_cast<std::size_t>(owner.first)] += of_pair;
-    if (owner.second >= 0) {
-      of_view[static_cast<std::size_t>(owner.second)] += of_pair;
-      twice += of_pair * of_pair.transpose();
-    }
-    of_pair.setZero();
+  for (const PairInfluence& pair : pairs) {
+    const Influence change = pair.change;
+    of_view[static_cast<std::size_t>(pair.first)] += change;
+    if (pair.second < 0) continue;
+    of_view[static_cast<std::size_t>(pair.second)] += change;
+    twice += change * change.transpose();
   }
   RigCovarianceMatrix sum = decltype(sum)::Zero();
   for (const Influence& view : of_view) sum += view * view.transpose();
@@ -282,7 +213,8 @@ RigCovarianceMatrix RigCovariance(RigProblem& problem,
   const Linearized at(problem);
   const MatrixXd influence =
       InfluenceOf(NormalOf(problem, at), Asked(parameters, at.jacobian.num_cols));
-  return FromViews(problem, at, influence, parameters) +
+  const std::size_t views = parameters.spin.size() + parameters.straight.size();
+  return FromViews(InfluenceOfPairs(problem, at, influence), views) +
          FromLens(problem, at, influence, LensMoves(spin, straight, parameters, params, sigma_px));
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "calib/solve/pair_problem.hpp"
 #include "calib/solve/rig_solver.hpp"
 
 namespace ceilmap::calibration {
@@ -31,14 +32,6 @@ struct RigScales {
   double slip = 0.003;
 };
 
-/// Views of a residual block.
-struct BlockOwner {
-  ceres::ResidualBlockId id = nullptr;
-  int first = -1;   ///< view; views of the straight drive follow those of the spin
-  int second = -1;  ///< -1: of one view only
-  bool place = false;
-};
-
 /// Error of a point in pixels of the first image, weighted; not divided by its standard deviation.
 Eigen::Vector2d PlaceError(const RigParameters& parameters,
                            const std::vector<RigParameters::Pose>& poses,
@@ -53,18 +46,14 @@ double SlipOf(const RigParameters& parameters, std::size_t view);
 /// Distance of the camera between the first and last view of the straight drive, units of Z.
 Eigen::Vector2d TravelOf(const RigParameters& parameters);
 
-/// A least-squares problem whose residuals all have standard deviation 1.
-struct RigProblem {
+/// The problem of a spin and a straight drive. The views of the straight drive follow those of the
+/// spin.
+struct RigProblem : PairProblem {
   RigProblem(const Recording& spin,
              const Recording& straight,
              const RigSolverParams& params,
              const RigScales& scales,
              RigParameters& parameters);
-
-  ceres::Problem problem;
-  std::vector<BlockOwner> owners;
-  /// All free parameters, in the order of Jacobians.
-  std::vector<double*> blocks;
 
  private:
   void AddPlaces(const Recording& recording,
@@ -78,8 +67,5 @@ struct RigProblem {
 
   RigParameters& parameters_;
 };
-
-/// Cauchy's parameter in standard deviations: keeps 95 % of the efficiency.
-constexpr double kCauchy = 2.3849;
 
 }  // namespace ceilmap::calibration

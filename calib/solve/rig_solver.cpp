@@ -87,17 +87,6 @@ RigScales ScalesOf(const Recording& spin,
   return scales;
 }
 
-bool Minimise(RigProblem& problem) {
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.logging_type = ceres::SILENT;
-  options.max_num_iterations = 50;
-  options.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem.problem, &summary);
-  return summary.IsSolutionUsable();
-}
-
 std::vector<ViewError> ViewErrors(const Recording& recording,
                                   const RigParameters& parameters,
                                   const std::vector<RigParameters::Pose>& poses,
@@ -190,9 +179,10 @@ RigSolution SolveRig(const Recording& spin,
   RigScales scales;  // initially wide: errors of the wheels are not yet known
   scales.place_px = ScalesOf(spin, straight, parameters, params.focal_px).place_px;
   constexpr int kRounds = 5;
+  constexpr int kIterations = 50;  // of a round, at most
   for (int round = 0; round < kRounds; ++round) {
     RigProblem problem(spin, straight, params, scales, parameters);
-    if (!Minimise(problem)) return {};
+    if (!Minimise(problem, kIterations)) return {};
     if (round + 1 == kRounds) {
       RigSolution solution =
           SolutionOf(spin, straight, parameters, params.focal_px, scales.place_px);
