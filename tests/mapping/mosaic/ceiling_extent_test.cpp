@@ -78,8 +78,15 @@ TEST(CeilingExtent, IsEverythingWhereNoKeyframeHasHeights) {
 
 TEST(CeilingExtent, EndsAtTheWalls) {
   const Drive drive = DriveInRoom();
-  const cv::Mat mask = MaskOf(ExtentOf(drive));
+  const CeilingExtent extent = ExtentOf(drive);
+  const cv::Mat mask = MaskOf(extent);
   ASSERT_FALSE(mask.empty());
+  const cv::Rect2d bounds = extent.Bounds();
+  constexpr double kAround = 0.2;
+  EXPECT_NEAR(bounds.x, kRoom.x, kAround);
+  EXPECT_NEAR(bounds.y, kRoom.y, kAround);
+  EXPECT_NEAR(bounds.br().x, kRoom.br().x, kAround);
+  EXPECT_NEAR(bounds.br().y, kRoom.br().y, kAround);
   constexpr double kTolerance = 2 * kStepPx * two_planes::kUnitsPerPx;
   int wrong = 0;  // in the corners of the room
   int checked = 0;
