@@ -32,15 +32,19 @@ heights::HeightCell Nowhere(const cv::Point2d& /*p_map*/) {
   return heights::kUnknown;
 }
 
-/// A wall at x = 0.5, as a camera below x = 0 sees it.
-heights::HeightCell Wall(const cv::Point2d& p_map) {
-  return {static_cast<float>(std::max(p_map.x / 0.5, 1.0)), 0.01F};
+/// A wall, as a camera below x = 0 sees it. @param x  of the wall.
+Measured WallAt(double x) {
+  return [x](const cv::Point2d& p_map) {
+    return heights::HeightCell{static_cast<float>(std::max(p_map.x / x, 1.0)), 0.01F};
+  };
 }
+const Measured kWall = WallAt(0.5);
 
 /// Keyframes that look straight up from the same heading.
 class Views {
  public:
-  explicit Views(double focal_px) : drive_({}) {
+  /// @param cell_px  of the height fields.
+  explicit Views(double focal_px, int cell_px = kCellPx) : drive_({}), cell_px_(cell_px) {
     drive_.metadata.view_focal_px = focal_px;
     drive_.metadata.view_principal_px = {0, 0};
     drive_.metadata.T_base_view = {};
@@ -52,9 +56,9 @@ class Views {
     Append(x, y);
     const ViewPlacement view = PlaceViews(drive_.keyframes, drive_.metadata).back();
     auto field = std::make_shared<heights::HeightField>();
-    field->grid = two_planes::kViewSize / kCellPx;
-    field->step_px = {kCellPx, kCellPx};
-    field->first_px = {-79.5 + 0.5 * (kCellPx - 1), -59.5 + 0.5 * (kCellPx - 1)};
+    field->grid = two_planes::kViewSize / cell_px_;
+    field->step_px = Eigen::Vector2d::Constant(cell_px_);
+    field->first_px = Eigen::Vector2d(-79.5, -59.5).array() + 0.5 * (cell_px_ - 1);
     for (int i = 0; i < field->grid.area(); ++i) {
       const Eigen::Vector2d at = field->Centre(static_cast<std::size_t>(i));
       field->cells.push_back(measured(view.ToMap(at.x() + 79.5, at.y() + 59.5)));
@@ -80,6 +84,7 @@ class Views {
   }
 
   Drive drive_;
+  int cell_px_;
 };
 
 bool IsCeiling(const CeilingExtent& extent, double x, double y) {
@@ -152,25 +157,29 @@ TEST(CeilingRules, AFaceIsEvidenceAgainstWhatIsBehindItOnly) {
   // To the first one, which is far from it, the left border of the plate looks like a face.
   for (const double foot : {-0.3, 0.75}) views.Add(foot, 0, PlateSeenFrom(foot));
   const CeilingExtent extent = views.Extent();
-  for (double x = 0.21; x < 0.8; x += 0.02) EXPECT_TRUE(IsCeiling(extent, x, 0)) << x;
+  for (double x = 0.26; x < 0.8; x += 0.02) EXPECT_TRUE(IsCeiling(extent, x, 0)) << x;
+  // The slope around the last cells before a wall, here 0.5 m, is that of a face.
+  Views wall(kLow, 16);
+  wall.Add(0, 0, Everywhere).Add(0, 0, WallAt(0.3));
+  for (const double x : {0.0, 0.12, 0.24}) EXPECT_TRUE(IsCeiling(wall.Extent(), x, 0)) << x;
 }
 
 TEST(CeilingRules, ARayThatAWallEndsOutweighsASurfaceBehindIt) {
   Views views(kLow);
   // The first one measured something behind the wall, as at the edge of a window.
-  views.Add(0, 0, Everywhere).Add(0, 0, Wall).Add(0, 0, Wall);
+  views.Add(0, 0, Everywhere).Add(0, 0, kWall).Add(0, 0, kWall);
   const CeilingExtent extent = views.Extent();
   EXPECT_TRUE(IsCeiling(extent, 0.3, 0));
   EXPECT_FALSE(IsCeiling(extent, 0.7, 0));
   Views one(kLow);
-  one.Add(0, 0, Everywhere).Add(0, 0, Wall);
+  one.Add(0, 0, Everywhere).Add(0, 0, kWall);
   EXPECT_FALSE(IsCeiling(one.Extent(), 0.7, 0));
 }
 
 TEST(CeilingRules, ThreeKeyframesThatSeeASurfaceOutweighAnyWall) {
   Views views(kLow);
   views.Add(0, 0, Everywhere).Add(0, 0, Everywhere).Add(0, 0, Everywhere);
-  views.Add(0, 0, Wall).Add(0, 0, Wall);
+  views.Add(0, 0, kWall).Add(0, 0, kWall);
   EXPECT_TRUE(IsCeiling(views.Extent(), 0.7, 0));
 }
 

@@ -141,6 +141,16 @@ TEST(SurfaceRefutation, OneThatAsManyConfirmAsSeeThroughStays) {
   EXPECT_FLOAT_EQ(elected(2), 1.3F);
 }
 
+TEST(SurfaceRefutation, ABorderBesideACellConfirmsIt) {
+  // All measured the same thing. For three of them its border is beside the cell of the place.
+  const cv::Point2d beside = kOnDeck + cv::Point2d(0.14, 0);
+  Drive drive({{-0.4, 0, 0}, {-0.4, 0, 0}, {-0.4, 0, 0}, {-0.4, 0, 0}});
+  SetAround(kOnDeck, 1.3F, {1.3F, 0.01F}, drive, 0);
+  for (const std::size_t k : {1, 2, 3}) SetAround(beside, 1.3F, {1.3F, 0.01F}, drive, k, 0.1);
+  const HeightMap map(drive.keyframes, drive.metadata);
+  EXPECT_FLOAT_EQ(map.RatioAt(kOnDeck.x, kOnDeck.y), 1.3F);
+}
+
 TEST(SettleSurfaces, FewImagesRefuteNothing) {
   Drive drive = WithOneOpinion();
   drive.keyframes.resize(7);
@@ -176,12 +186,19 @@ TEST(SettleSurfaces, PartsOfAMovingThingGoWithIt) {
   Drive drive = WithOneOpinion(0.3);
   for (const std::size_t k : {1, 2}) SetAround(kOnDeck, 1.3F, {1.3F, 0.01F}, drive, k, 0.05);
   HeightMap map(drive.keyframes, drive.metadata);
+  HeightMap other = map;
   ASSERT_FLOAT_EQ(map.RatioAt(kOnDeck.x, kOnDeck.y), 1.3F);
   const auto moves = [](const cv::Point2d& p_map, float /*rho*/) {
     return cv::norm(p_map - kOnDeck) < 0.4 ? 0.5 : 1.0;
   };
   EXPECT_FALSE(map.Settle(drive.keyframes, drive.metadata, moves).empty());
   EXPECT_FLOAT_EQ(map.RatioAt(kOnDeck.x, kOnDeck.y), 1);
+  // Where the images agree on a part of it, that part stays.
+  const auto moves_around = [&](const cv::Point2d& p_map, float rho) {
+    return cv::norm(p_map - kOnDeck) < 0.1 ? 1.0 : moves(p_map, rho);
+  };
+  EXPECT_FALSE(other.Settle(drive.keyframes, drive.metadata, moves_around).empty());
+  EXPECT_FLOAT_EQ(other.RatioAt(kOnDeck.x, kOnDeck.y), 1.3F);
 }
 
 }  // namespace

@@ -76,9 +76,10 @@ TEST(SurfaceVotes, AnyWindowHasTheValuesOfTheWhole) {
                rng.uniform(0.1F, 1.0F)});
   }
   const cv::Mat_<float> whole = votes.Elect({-70, -70, 140, 140});
-  const cv::Rect part(-9, 23, 31, 20);
-  const cv::Mat_<float> cut = whole(part + cv::Point(70, 70));
-  EXPECT_EQ(cv::norm(votes.Elect(part), cut, cv::NORM_INF), 0);
+  for (const cv::Rect& part : {cv::Rect(-9, 23, 31, 20), cv::Rect(4, 36, 20, 20)}) {
+    const cv::Mat_<float> cut = whole(part + cv::Point(70, 70));
+    EXPECT_EQ(cv::norm(votes.Elect(part), cut, cv::NORM_INF), 0) << part;
+  }
 }
 
 }  // namespace
