@@ -25,8 +25,8 @@ class SurfaceVotes {
   };
 
   void Add(const Vote& vote);
-  /// The ratios of a window, CV_32FC1; 0 where there are too few votes: less weight than one
-  /// accurate cell has at two thirds of its radius. Thread-safe.
+  /// The ratios of a window, CV_32FC1; 0 where no surface has a weight of 0.1, that of one accurate
+  /// cell at 0.83 of its radius. Thread-safe.
   [[nodiscard]] cv::Mat_<float> Elect(const cv::Rect& window) const;
 
  private:
