@@ -166,10 +166,9 @@ RatioRaster RefuteAround(const RatioRaster& raster, const ImageAgreement& agreem
 bool IsExplained(const cv::Point2d& place,
                  const cv::Vec2f& range,
                  const ImageAgreement& agreement) {
-  for (float rho = range[0]; rho <= range[1]; rho *= 1 + kSameSurface) {
-    if (agreement(place, rho) >= kAgree) return true;
-  }
-  return false;
+  float rho = range[0];
+  while (rho <= range[1] && agreement(place, rho) < kAgree) rho *= 1 + kSameSurface;
+  return rho <= range[1];
 }
 
 /// Fills what is refuted: where no surface explains the images, or the images agree at least as
