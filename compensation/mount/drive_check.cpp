@@ -266,6 +266,12 @@ std::optional<Measurements> MeasureAgainAndAgain(const calib::MountedCamera& up,
   return result;
 }
 
+// Whether a value that was not free was the cause of errors that looked like heights.
+bool ExplainsMore(const DriveSolution& free, const DriveSolution& held) {
+  constexpr double kClearly = 0.85;
+  return free.sigma_px < kClearly * held.sigma_px;
+}
+
 }  // namespace
 
 bool Checked::IsWrong() const {
@@ -293,9 +299,12 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
   DriveSolution with_focal = calibration::SolveDrive(up, measured->drive, kFocal);
   if (!check.with_lens.ok || !with_focal.ok) return std::nullopt;
   if (measured->depth) {
-    AddSpreadOfParts(up, measured->drive, {}, check.camera);
-    AddSpreadOfParts(up, measured->drive, kLens, check.with_lens);
-    AddSpreadOfParts(up, measured->drive, kFocal, with_focal);
+    const auto add_spread = [&](const DriveUnknowns& unknowns, DriveSolution& solution) {
+      AddSpreadOfParts(up, measured->drive, unknowns, solution);
+    };
+    if (!ExplainsMore(check.with_lens, check.camera)) add_spread(kLens, check.with_lens);
+    if (!ExplainsMore(with_focal, check.camera)) add_spread(kFocal, with_focal);
+    add_spread({}, check.camera);
   }
   CheckLens(up, check);
   CheckFocal(up, with_focal, check);
