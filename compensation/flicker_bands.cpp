@@ -164,12 +164,15 @@ cv::Mat FlickerBands::Remove(const cv::Mat& raw, double stamp_s) {
   if (raw.type() != CV_8UC1 || raw.size() != view_.RawSize()) return raw;  // refused later
   waiting_.push_back({stamp_s, Reduce(raw), {}});
   if (waiting_.size() > kMaxWaiting) waiting_.pop_front();
-  if (!found_) return raw;
+  return found_ ? Without(*found_, raw, stamp_s) : raw;
+}
+
+cv::Mat FlickerBands::Without(const Bands& bands, const cv::Mat& raw, double stamp_s) {
   ++removed_;
   cv::Mat even(raw.size(), CV_8UC1);
   for (int v = 0; v < raw.rows; ++v) {
     const auto seed = static_cast<std::uint32_t>(v) * 2654435761U + removed_ * 40503U;
-    LevelRow(TableOf(std::exp(-found_->LogGain(stamp_s + RowTime(v)))), seed, raw, v, even);
+    LevelRow(TableOf(std::exp(-bands.LogGain(stamp_s + RowTime(v)))), seed, raw, v, even);
   }
   return even;
 }

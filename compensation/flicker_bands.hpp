@@ -35,6 +35,8 @@ class FlickerBands {
   /// @param raw  CV_8UC1 of view.RawSize(); its rows divided by the predicted bands are returned:
   ///   `raw` itself where no bands were found. Black and saturated pixels remain.
   cv::Mat Remove(const cv::Mat& raw, double stamp_s);
+  /// An image divided by given bands, for example by those that were found later. CV_8UC1.
+  [[nodiscard]] cv::Mat Without(const Bands& bands, const cv::Mat& raw, double stamp_s);
 
   /// The pose of the oldest image that was not placed; nothing when it is not known.
   void Place(double stamp_s, const std::optional<Pose2>& T_map_base);

@@ -153,17 +153,18 @@ std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& p
                                                     const mount::UpMount& up) {
   std::vector<calibration::MotionWithMatches> motions;
   std::vector<std::string> names;
-  const auto read =
-      [&](recordings::RigRecording recording, const Twist2& start, const char* label) {
-        if (recording.forward.empty()) return;
-        recording.start = start;
-        const auto found = recordings::ReadForwardMatches(recording, rig, label);
-        if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
-        names.push_back(recording.forward);
-        motions.insert(motions.end(), found.begin(), found.end());
-      };
-  read(params.Spin(), up.spin_start, "spin, forward");
-  read(params.Straight(), up.straight_start, "straight, forward");
+  const auto read = [&](recordings::RigRecording recording,
+                        const std::vector<StampedTwist2>& velocities,
+                        const char* label) {
+    if (recording.forward.empty()) return;
+    recording.velocities = velocities;
+    const auto found = recordings::ReadForwardMatches(recording, rig, label);
+    if (terminal::Interrupted()) throw RunError("interrupted; nothing was written");
+    names.push_back(recording.forward);
+    motions.insert(motions.end(), found.begin(), found.end());
+  };
+  read(params.Spin(), up.spin_velocities, "spin, forward");
+  read(params.Straight(), up.straight_velocities, "straight, forward");
   if (names.empty()) return std::nullopt;
   return mount::MeasureForwardMount(
       *rig.forward, motions, up, params.lens_sigma_px, fmt::format("{}", fmt::join(names, ", ")));

@@ -94,7 +94,7 @@ std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecordin
   const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
   SynchronizedStream forward(recording.forward, recording.stamps);
   mount::ForwardFeatureTracker tracker(*rig.forward);
-  mount::MotionInSpace motion(view, recording.start);
+  mount::MotionInSpace motion(view, recording.velocities);
   LostFrames lost(up);
   terminal::Progress progress(label, "frames", up.ExpectedFrames());
   Frame frame;

@@ -19,7 +19,8 @@ struct RigRecording {
   std::string up;
   std::string forward;           ///< empty: upward camera only
   std::filesystem::path stamps;  ///< of both; empty: the recordings' own time
-  Twist2 start = {};             ///< velocity of base at the first image, if known
+  /// Of base at some of the images, as far as they are known.
+  std::vector<StampedTwist2> velocities = {};
 };
 
 /// Reads the upward camera's recording of a spin or of a straight drive.

@@ -8,6 +8,7 @@
 #include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
 #include "compensation/mount/ceiling_registrar.hpp"
+#include "compensation/mount/steady_light.hpp"
 
 namespace ceilmap::mount {
 namespace {
@@ -124,7 +125,10 @@ calibration::Recording MeasurePairs(const CeilingRecording& recording,
   constexpr std::array<std::size_t, 12> kDistances{1, 2, 3, 5, 8, 12, 18, 26, 36, 48, 62, 78};
   constexpr double kMinOverlap = 0.35;
   const std::vector<Pose2>& cameras = motion.cameras;
-  PairRegistrar registrar(recording, up, ceiling_height_m, motion.velocities);
+  PairRegistrar registrar(WithoutFlicker(recording, cameras, up, ceiling_height_m),
+                          up,
+                          ceiling_height_m,
+                          motion.velocities);
   calibration::Recording measured;
   measured.velocities = motion.velocities;
   for (const Pose2& camera : cameras) {

@@ -6,12 +6,14 @@
 #include "calib/base/degrees.hpp"
 #include "calib/ceiling_view.hpp"
 #include "compensation/mount/drive_measurer.hpp"
+#include "compensation/mount/drive_spread.hpp"
 
 namespace ceilmap::mount {
 namespace {
 
 using calibration::Drive;
 using calibration::DriveSolution;
+using calibration::DriveUnknowns;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
@@ -26,8 +28,6 @@ constexpr double kScaleLimitRatio = 0.02;
 constexpr double kAxleLimitM = 0.01;
 constexpr double kLateLimitS = 0.02;
 constexpr double kLeastDistanceM = 0.5;
-// Under a ceiling with depth limits are wider: blocks show parts at different heights.
-constexpr double kDepthFactor = 3;
 // Error of the camera's centre by a lens that is known to 0.05 px, in pixels.
 constexpr double kLensShiftPx = 0.1;
 
@@ -78,9 +78,8 @@ void CheckTilt(const calib::MountedCamera& up, DriveCheck& check) {
   const Eigen::Matrix2d turn = Pose2{0, 0, YawOfLevel(up)}.Rotation();
   const Eigen::Matrix2d covariance =
       turn * check.camera.covariance.topLeftCorner<2, 2>() * turn.transpose();
-  const double limit = check.limit_factor * kTiltLimitRad;
-  check.roll_rad = {roll(stated), {roll(seen), std::sqrt(covariance(0, 0))}, limit};
-  check.pitch_rad = {pitch(stated), {pitch(seen), std::sqrt(covariance(1, 1))}, limit};
+  check.roll_rad = {roll(stated), {roll(seen), std::sqrt(covariance(0, 0))}, kTiltLimitRad};
+  check.pitch_rad = {pitch(stated), {pitch(seen), std::sqrt(covariance(1, 1))}, kTiltLimitRad};
   const Matrix3d R_level_base = LevelOf(up).transpose();
   const auto axis = [&](const Matrix3d& R) -> Vector2d {
     return (R_level_base * R).col(2).head<2>();
@@ -106,7 +105,7 @@ void CheckLens(const calib::MountedCamera& up, DriveCheck& check) {
                               solution.errors[calibration::kCameraRadial5]);
   const Eigen::Matrix2d covariance =
       solution.covariance.block<2, 2>(calibration::kCameraRadial3, calibration::kCameraRadial3);
-  check.lens_px.limit = check.limit_factor * kLensLimitRatio * up.camera.width_px;
+  check.lens_px.limit = kLensLimitRatio * up.camera.width_px;
   for (int i = 1; i <= kSteps; ++i) {
     const double r = static_cast<double>(i) / kSteps;
     const Eigen::RowVector2d by_terms(std::pow(r, 3) - r * linear.x(),
@@ -122,11 +121,11 @@ void CheckFocal(const calib::MountedCamera& up,
                 const DriveSolution& with_focal,
                 DriveCheck& check) {
   const double focal_px = FocalOf(up);
-  check.focal_px_seen = {focal_px,
-                         {focal_px / (1 - with_focal.errors[calibration::kCameraFocal]),
-                          focal_px * std::sqrt(with_focal.covariance(calibration::kCameraFocal,
-                                                                     calibration::kCameraFocal))},
-                         check.limit_factor * kFocalLimitRatio * focal_px};
+  const double size = 1 / (1 - with_focal.errors[calibration::kCameraFocal]);
+  const double sigma = std::sqrt(
+      with_focal.covariance(calibration::kCameraFocal, calibration::kCameraFocal));  // of the error
+  check.focal_px_seen = {
+      focal_px, {size * focal_px, size * size * sigma * focal_px}, kFocalLimitRatio * focal_px};
   constexpr double kAsGood = 1.15;
   check.focal_explains_lens =
       check.focal_px_seen.IsWrong() && with_focal.sigma_px < kAsGood * check.with_lens.sigma_px;
@@ -137,7 +136,7 @@ void CheckReadout(const calib::MountedCamera& up, DriveCheck& check) {
       check.camera.covariance(calibration::kCameraReadout, calibration::kCameraReadout);
   check.readout_s = {up.readout_time_s,
                      {check.camera.errors[calibration::kCameraReadout], std::sqrt(variance)},
-                     check.limit_factor * kReadoutLimitS};
+                     kReadoutLimitS};
 }
 
 // What the axle's distance must agree to: where nothing else shows the scale, it does.
@@ -267,6 +266,12 @@ std::optional<Measurements> MeasureAgainAndAgain(const calib::MountedCamera& up,
   return result;
 }
 
+// Whether a value that was not free was the cause of errors that looked like heights.
+bool ExplainsMore(const DriveSolution& free, const DriveSolution& held) {
+  constexpr double kClearly = 0.85;
+  return free.sigma_px < kClearly * held.sigma_px;
+}
+
 }  // namespace
 
 bool Checked::IsWrong() const {
@@ -288,10 +293,19 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
   const std::optional<Measurements> measured = MeasureAgainAndAgain(up, measurer);
   if (!measured) return std::nullopt;
   check.camera = measured->solution;
-  if (measured->depth) check.limit_factor = kDepthFactor;
-  check.with_lens = calibration::SolveDrive(up, measured->drive, {.radial = true});
-  const DriveSolution with_focal = calibration::SolveDrive(up, measured->drive, {.focal = true});
+  constexpr DriveUnknowns kLens{.radial = true};
+  constexpr DriveUnknowns kFocal{.focal = true};
+  check.with_lens = calibration::SolveDrive(up, measured->drive, kLens);
+  DriveSolution with_focal = calibration::SolveDrive(up, measured->drive, kFocal);
   if (!check.with_lens.ok || !with_focal.ok) return std::nullopt;
+  if (measured->depth) {
+    const auto add_spread = [&](const DriveUnknowns& unknowns, DriveSolution& solution) {
+      AddSpreadOfParts(up, measured->drive, unknowns, solution);
+    };
+    if (!ExplainsMore(check.with_lens, check.camera)) add_spread(kLens, check.with_lens);
+    if (!ExplainsMore(with_focal, check.camera)) add_spread(kFocal, with_focal);
+    add_spread({}, check.camera);
+  }
   CheckLens(up, check);
   CheckFocal(up, with_focal, check);
   if (check.lens_px.IsWrong() && !check.focal_explains_lens) {

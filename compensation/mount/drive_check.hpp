@@ -41,8 +41,7 @@ struct DriveCheck {
   /// Mounting and read-out time; with deviations of the lens where these are wrong.
   calibration::DriveSolution camera;
   calibration::DriveSolution with_lens;
-  double focal_px = 0;      ///< of the rig
-  double limit_factor = 1;  ///< > 1 under a ceiling with depth
+  double focal_px = 0;  ///< of the rig
 
   /// Displacement of points in the image that the lens model does not explain, px: the largest over
   /// the radius, apart from a change of scale. Stated as 0.

@@ -1,17 +1,20 @@
 #include "compensation/mount/motion_in_space.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "calib/base/tilt.hpp"
 
 namespace ceilmap::mount {
 
 using Eigen::Isometry3d;
 
-MotionInSpace::MotionInSpace(const calib::CeilingView& view, const Twist2& start)
-    : view_(view), tracker_(view), level_view_(view), start_(start) {}
+MotionInSpace::MotionInSpace(const calib::CeilingView& view, std::vector<StampedTwist2> known)
+    : view_(view), tracker_(view), level_view_(view), known_(std::move(known)) {}
 
 std::optional<Isometry3d> MotionInSpace::Add(const cv::Mat& raw, double stamp_s) {
   if (!tracker_.HasReference()) {
-    Begin(raw, stamp_s, start_);
+    Begin(raw, stamp_s, Expected(stamp_s));
     if (view_.HasRollingShutter()) first_raw_ = raw.clone();
     return T_first_reference_;
   }
@@ -22,6 +25,21 @@ std::optional<Isometry3d> MotionInSpace::Add(const cv::Mat& raw, double stamp_s)
   last_ = Placed{T_first_base, stamp_s};
   Renew(drawn->frame, drawn->motion);
   return T_first_base;
+}
+
+// Between the known velocities, as far as they reach; else by those measured so far.
+Twist2 MotionInSpace::Expected(double stamp_s) const {
+  const auto next = std::find_if(known_.begin(), known_.end(), [&](const StampedTwist2& known) {
+    return known.stamp_s >= stamp_s;
+  });
+  if (next == known_.end()) return velocity_.At(stamp_s).value_or(Twist2{});
+  if (next == known_.begin()) return next->velocity;
+  const StampedTwist2& before = *std::prev(next);
+  const double part = (stamp_s - before.stamp_s) / (next->stamp_s - before.stamp_s);
+  const Twist2& a = before.velocity;
+  const Twist2& b = next->velocity;
+  return {a.linear_m_s + part * (b.linear_m_s - a.linear_m_s),
+          a.yaw_rad_s + part * (b.yaw_rad_s - a.yaw_rad_s)};
 }
 
 // Pose of a level robot that would see the ceiling at the same place: the image moves with it,
@@ -51,7 +69,7 @@ std::optional<MotionInSpace::Drawn> MotionInSpace::MeasureRolling(const cv::Mat&
                                                                   double stamp_s) {
   constexpr int kMaxAgain = 2;
   constexpr double kExactPx = 0.3;
-  Twist2 assumed = velocity_.At(stamp_s).value_or(start_);
+  Twist2 assumed = Expected(stamp_s);
   for (int again = 0;; ++again) {
     std::optional<Drawn> drawn = Measure(raw, stamp_s, assumed);
     if (!drawn) return std::nullopt;

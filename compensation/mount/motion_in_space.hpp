@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <vector>
 
 #include "calib/base/twist2.hpp"
 #include "calib/base/velocity_predictor.hpp"
@@ -18,9 +19,9 @@ namespace ceilmap::mount {
 class MotionInSpace {
  public:
   /// @param view  View of a rig; must outlive this object.
-  /// @param start  Velocity of base at the first image as far as it is known, for a rolling
-  /// shutter.
-  explicit MotionInSpace(const calib::CeilingView& view, const Twist2& start = {});
+  /// @param known  Velocities of base at some of the images, by rising stamps, for a rolling
+  /// shutter: a robot that starts within two images is lost without them. Empty: none is known.
+  explicit MotionInSpace(const calib::CeilingView& view, std::vector<StampedTwist2> known = {});
 
   /// Adds the next frame: p_first = T_first_base * p_base. The first frame is level by definition.
   /// Images of a rolling shutter are drawn with the velocity that they show; where this differs
@@ -39,6 +40,7 @@ class MotionInSpace {
     Eigen::Isometry3d T_first_base;
     double stamp_s = 0;
   };
+  [[nodiscard]] Twist2 Expected(double stamp_s) const;
   [[nodiscard]] Pose2 Apparent(const Eigen::Isometry3d& T_first_base) const;
   void Begin(const cv::Mat& raw, double stamp_s, const Twist2& velocity);
   std::optional<Drawn> Measure(const cv::Mat& raw, double stamp_s, const Twist2& velocity);
@@ -51,7 +53,7 @@ class MotionInSpace {
   Eigen::Isometry3d T_first_reference_ = Eigen::Isometry3d::Identity();
   cv::Mat buffer_;
   // Of a rolling shutter only:
-  Twist2 start_;
+  std::vector<StampedTwist2> known_;
   cv::Mat first_raw_;  // until its velocity is known
   std::optional<Placed> last_;
   VelocityPredictor velocity_;

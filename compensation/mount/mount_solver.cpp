@@ -114,9 +114,9 @@ class MountSolver {
     return solution;
   }
 
-  // Velocities of the levelled camera at the first images.
-  [[nodiscard]] std::array<calibration::ViewVelocity, 2> Starts() const {
-    return {spin_motion_.velocities.front(), straight_motion_.velocities.front()};
+  // Velocities of the levelled camera at the keyframes.
+  [[nodiscard]] std::array<std::vector<calibration::ViewVelocity>, 2> Velocities() const {
+    return {spin_motion_.velocities, straight_motion_.velocities};
   }
 
  private:
@@ -202,7 +202,7 @@ SolvedMount SolveMount(const calib::Rig& rig,
   readout.used_s = known_s;
   if (!Moves(spin) && !Moves(straight)) {
     result.solution = solver.Settle(0);
-    result.starts = solver.Starts();
+    result.velocities = solver.Velocities();
     return result;
   }
   result.solution = solver.Settle(std::nullopt);
@@ -219,7 +219,7 @@ SolvedMount SolveMount(const calib::Rig& rig,
   } else if (!readout.is_rolling) {
     result.solution = solver.Settle(0);
   }
-  result.starts = solver.Starts();
+  result.velocities = solver.Velocities();
   return result;
 }
 

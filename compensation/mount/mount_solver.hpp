@@ -22,8 +22,8 @@ Eigen::Matrix3d RotationOf(const calibration::RigMount& mount);
 struct SolvedMount {
   calibration::RigSolution solution;
   ReadoutFinding readout;
-  /// Velocities of the levelled camera at the first images of both recordings.
-  std::array<calibration::ViewVelocity, 2> starts;
+  /// Velocities of the levelled camera at the keyframes of both recordings.
+  std::array<std::vector<calibration::ViewVelocity>, 2> velocities;
 };
 
 /// Alternates the measurement of pairs of images and the fit of the mount to them until the mount

@@ -158,6 +158,20 @@ double RmsAxleMotion(const std::vector<Pose2>& spin) {
   return std::sqrt(sum / static_cast<double>(spin.size()));
 }
 
+std::vector<StampedTwist2> VelocitiesInBase(
+    const CeilingRecording& recording,
+    const std::vector<calibration::ViewVelocity>& velocities,
+    const Eigen::Isometry3d& T_base_camera,
+    double distance_m) {
+  std::vector<StampedTwist2> in_base;
+  in_base.reserve(velocities.size());
+  for (std::size_t i = 0; i < velocities.size(); ++i) {
+    in_base.push_back(
+        {recording.keyframes[i].stamp_s, InBase(velocities[i], T_base_camera, distance_m)});
+  }
+  return in_base;
+}
+
 // Checks what only the fit determines.
 void CheckResult(const calib::Rig& rig,
                  const CeilingRecording& spin,
@@ -213,8 +227,9 @@ UpMount MeasureUpMount(const calib::Rig& rig,
   Eigen::Isometry3d level = result.T_base_up;
   level.linear() =
       Eigen::AngleAxisd(result.solution.mount.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  result.spin_start = InBase(solved.starts[0], level, result.distance_m.value);
-  result.straight_start = InBase(solved.starts[1], level, result.distance_m.value);
+  const double distance_m = result.distance_m.value;
+  result.spin_velocities = VelocitiesInBase(spin, solved.velocities[0], level, distance_m);
+  result.straight_velocities = VelocitiesInBase(straight, solved.velocities[1], level, distance_m);
   return result;
 }
 

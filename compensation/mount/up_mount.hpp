@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <vector>
 
 #include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
@@ -50,9 +51,9 @@ struct UpMount {
   Eigen::Isometry3d T_base_up = Eigen::Isometry3d::Identity();
   ReadoutFinding readout;
   calibration::RigSolution solution;
-  /// Velocities of base at the first images. Of recordings without stamps per interval.
-  Twist2 spin_start;
-  Twist2 straight_start;
+  /// Velocities of base at the keyframes. Of recordings without stamps per interval.
+  std::vector<StampedTwist2> spin_velocities;
+  std::vector<StampedTwist2> straight_velocities;
   double axle_motion_m = 0;    ///< of the axle in the spin, RMS
   double spin_turn_rad = 0;    ///< range of the headings of the spin
   double course_turn_rad = 0;  ///< range of the headings of the straight drive

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "tests/compensation/bumpy_drive.hpp"
 
@@ -17,10 +18,10 @@ using Eigen::Isometry3d;
 /// Feeds a path with a robot's images, and compares it with the true poses.
 class Walk {
  public:
-  explicit Walk(const simulator::Scene& scene)
+  explicit Walk(const simulator::Scene& scene, const std::vector<StampedTwist2>& known = {})
       : renderer_(scene),
         view_(*renderer_.GetRig().up, renderer_.GetRig().ceiling_height_m),
-        motion_(view_) {}
+        motion_(view_, known) {}
 
   std::optional<Isometry3d> Show(const cv::Mat& image) {
     return motion_.Add(image, 0.1 * static_cast<double>(++shown_));
@@ -89,6 +90,29 @@ TEST(MotionInSpace, TurnsWithARollingShutter) {
   const auto at = [](double time_s) { return Pose2{3, 3, WrapAngle(0.8 * time_s)}; };
   Walk walk(scene);
   for (int i = 0; i <= 24; ++i) {
+    simulator::Frame frame = FrameAt(i, at(0.1 * i));
+    frame.T_map_base_open = ToSpace(at(0.1 * i - half_s), {});
+    frame.T_map_base_close = ToSpace(at(0.1 * i + half_s), {});
+    walk.Step(frame);
+  }
+  EXPECT_LT(walk.MostOffM(), 0.01);
+  EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
+}
+
+// From rest to full speed between two images. Keyframes, of which the velocities are known, are
+// farther apart.
+TEST(MotionInSpace, StartsAbruptlyWithARollingShutter) {
+  simulator::Scene scene = compensation::synthetic::Lab();
+  scene.camera.readout_time_s = 0.03;
+  const double half_s = simulator::HalfExposure(scene.camera);
+  constexpr double kStartS = 0.25;
+  constexpr double kSpeed = 0.6;
+  const auto at = [](double time_s) {
+    return Pose2{2.4 + kSpeed * std::max(0.0, time_s - kStartS), 2.8, 0};
+  };
+  const Twist2 drives{{kSpeed, 0}, 0};
+  Walk walk(scene, {{0.1, {}}, {0.3, {}}, {0.6, drives}, {1.7, drives}});  // stamps begin at 0.1
+  for (int i = 0; i <= 16; ++i) {
     simulator::Frame frame = FrameAt(i, at(0.1 * i));
     frame.T_map_base_open = ToSpace(at(0.1 * i - half_s), {});
     frame.T_map_base_close = ToSpace(at(0.1 * i + half_s), {});

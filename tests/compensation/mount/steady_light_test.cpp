@@ -1,0 +1,115 @@
+#include "compensation/mount/steady_light.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "samples/simulator/path.hpp"
+#include "samples/simulator/renderer.hpp"
+
+namespace ceilmap::mount {
+namespace {
+
+/// A fisheye with a rolling shutter, mounted askew, under lamps whose bands stand still in the
+/// rows.
+simulator::Scene FlickeringRoom() {
+  simulator::Scene scene;
+  scene.room.height_m = 2.8;
+  scene.camera.width_px = 320;
+  scene.camera.height_px = 240;
+  scene.camera.focal_px = 160;
+  scene.camera.distortion_model = calib::LensModel::kEquidistant;
+  scene.camera.distortion = {-0.028, 0.0065, -0.0032, 0.0004};
+  scene.camera.exposure_time_s = 0.004;
+  scene.camera.readout_time_s = 0.025;
+  scene.camera.mount_x_m = 0.1;
+  scene.camera.mount_yaw_deg = 30;
+  scene.camera.mount_pitch_deg = 6;
+  scene.image.motion_blur = false;
+  scene.image.flicker_depth = 0.3;
+  scene.path.max_frames = 20;
+  scene.path.acceleration_m_s2 = 3;
+  return scene;
+}
+
+Pose2 PoseOf(const Eigen::Isometry3d& T) {
+  return {T.translation().x(), T.translation().y(), std::atan2(T.linear()(1, 0), T.linear()(0, 0))};
+}
+
+struct Drive {
+  explicit Drive(const simulator::Scene& scene) : renderer(scene) {
+    const calib::Rig& rig = renderer.GetRig();
+    const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
+    const Pose2 T_base_camera = PoseOf(view.T_base_camera());
+    const double distance_m = rig.ceiling_height_m - rig.up->T_base_cam.translation().z();
+    recording.has_stamps = true;
+    for (const simulator::Frame& frame : simulator::MakePath(scene)) {
+      const Pose2 T_map_camera = PoseOf(frame.T_map_base) * T_base_camera;
+      if (cameras.empty()) first = T_map_camera;
+      Pose2 T_first_camera = first.Inverse() * T_map_camera;
+      T_first_camera.x /= distance_m;
+      T_first_camera.y /= distance_m;
+      cameras.push_back(T_first_camera);
+      recording.keyframes.push_back({renderer.Render(frame), T_first_camera, {}, frame.stamp_s});
+    }
+  }
+
+  [[nodiscard]] CeilingRecording Without(double readout_time_s) const {
+    calib::MountedCamera up = *renderer.GetRig().up;
+    up.readout_time_s = readout_time_s;
+    return WithoutFlicker(recording, cameras, up, renderer.GetRig().ceiling_height_m);
+  }
+
+  simulator::Renderer renderer;
+  CeilingRecording recording;
+  std::vector<Pose2> cameras;
+  Pose2 first;
+};
+
+double MeanDifference(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total());
+}
+
+TEST(SteadyLight, BandsAreRemovedFromAllImages) {
+  const Drive drive(FlickeringRoom());
+  simulator::Scene even = FlickeringRoom();
+  even.image.flicker_depth = 0;
+  const Drive steady(even);
+  const CeilingRecording removed = drive.Without(0.025);
+  for (std::size_t i = 0; i < drive.cameras.size(); ++i) {
+    const cv::Mat& wanted = steady.recording.keyframes[i].image;
+    const double before = MeanDifference(drive.recording.keyframes[i].image, wanted);
+    EXPECT_GT(before, 5) << i;  // grey levels; noise is below one
+    EXPECT_LT(MeanDifference(removed.keyframes[i].image, wanted), 0.25 * before) << i;
+  }
+}
+
+// A calibration finds the read-out time in rounds.
+TEST(SteadyLight, AnErrorOfTheReadoutTimeLeavesAPart) {
+  const Drive drive(FlickeringRoom());
+  simulator::Scene even = FlickeringRoom();
+  even.image.flicker_depth = 0;
+  const cv::Mat wanted = Drive(even).recording.keyframes.back().image;
+  const double before = MeanDifference(drive.recording.keyframes.back().image, wanted);
+  EXPECT_LT(MeanDifference(drive.Without(0.023).keyframes.back().image, wanted), 0.5 * before);
+}
+
+TEST(SteadyLight, ImagesAreNotTouchedWithoutBandsReadoutOrStamps) {
+  const auto expect_same = [](const Drive& drive, double readout_time_s) {
+    const CeilingRecording same = drive.Without(readout_time_s);
+    for (std::size_t i = 0; i < drive.cameras.size(); ++i) {
+      EXPECT_EQ(same.keyframes[i].image.data, drive.recording.keyframes[i].image.data) << i;
+    }
+  };
+  simulator::Scene even = FlickeringRoom();
+  even.image.flicker_depth = 0;
+  expect_same(Drive(even), 0.025);
+  Drive drive(FlickeringRoom());
+  expect_same(drive, 0);
+  drive.recording.has_stamps = false;
+  expect_same(drive, 0.025);
+}
+
+}  // namespace
+}  // namespace ceilmap::mount
