@@ -261,6 +261,10 @@ Dissimilarity BlockStage::Compare(const Level& reference,
   return result;
 }
 
+cv::Rect BlockStage::Area(int block) const {
+  return {corners_[static_cast<std::size_t>(block)], cv::Size(block_px_, block_px_)};
+}
+
 Eigen::Vector2d BlockStage::Centre(int block) const {
   const cv::Point corner = corners_[static_cast<std::size_t>(block)];
   const double middle = 0.5 * (block_px_ - 1);

@@ -44,6 +44,7 @@ class BlockStage {
   [[nodiscard]] int GridSize() const { return static_cast<int>(corners_.size()); }
   /// Columns and rows of the grid, block = row * columns + column.
   [[nodiscard]] cv::Size Grid() const { return grid_; }
+  [[nodiscard]] cv::Rect Area(int block) const;  ///< of a block of the reference
   /// Of a block of the reference, from the image's centre, pixels.
   [[nodiscard]] Eigen::Vector2d Centre(int block) const;
 

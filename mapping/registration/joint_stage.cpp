@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/base/pose2.hpp"
+#include "mapping/registration/content_centres.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -152,13 +153,16 @@ bool JointStage::MeasureSurfaces(const Images& images, const ImageMotion& start)
   const Level& reference = images.reference.broad;
   const Level& current = images.current.broad;
   const auto chosen = blocks_.Select(reference, current, start, blocks_.GridSize());
+  // The correlation does not change the image.
+  auto* grey = const_cast<float*>(reference.grey.data());
+  const ContentCentres content(cv::Mat(frame_.size, CV_32FC1, grey));
   centres_.clear();
   surfaces_.resize(kSurfaceArea * chosen.size());
   for (const int block : chosen) {
     float* surface = surfaces_.data() + kSurfaceArea * centres_.size();
     const ImageMotion motion = MotionOf(block, images.heights, start);
     if (!blocks_.Correlate(reference, current, motion, block, kSurfaceReach, surface)) continue;
-    centres_.push_back(blocks_.Centre(block));
+    centres_.push_back(content.Of(blocks_.Area(block)));
   }
   weights_.clear();
   for (std::size_t block = 0; block < centres_.size(); ++block) {

@@ -103,7 +103,7 @@ class JointStage {
   double half_diagonal_px_;
   BlockStage blocks_;
   Eigen::Vector2d principal_px_;          // from the image's centre, level px
-  std::vector<Eigen::Vector2d> centres_;  // of the measured blocks
+  std::vector<Eigen::Vector2d> centres_;  // of the content of the measured blocks
   std::vector<float> surfaces_;           // standard normal, one surface after the other
   std::vector<float> weights_;            // of each block: nats per z^2
   std::vector<float> row_;                // scratch

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <memory>
+#include <opencv2/imgproc.hpp>
 #include <random>
 #include <string>
 
@@ -232,6 +233,37 @@ TEST_F(JointRegistration, APlainCeilingCorrectsTheExpectation) {
       EXPECT_LT(std::sqrt(corrected.covariance(axis, axis)), 0.6 * kPriorPx) << seed;
     }
     EXPECT_LT(std::sqrt(corrected.covariance(2, 2)), 0.85 * kPriorRad) << seed;
+  }
+}
+
+// Many blocks show the same lamp, beside the middle of the image. Turned about itself it looks the
+// same.
+TEST_F(JointRegistration, ARoundLampTellsNoRotation) {
+  const auto lamp = [](const Eigen::Vector2d& at, std::uint32_t seed) {
+    cv::Mat image(kSize, CV_32FC1);
+    cv::RNG random(seed);
+    random.fill(image, cv::RNG::NORMAL, 60, 3);
+    const cv::Point centre(cvRound(at.x() + 0.5 * kSize.width),
+                           cvRound(at.y() + 0.5 * kSize.height));
+    cv::circle(image, centre, 60, cv::Scalar(230), cv::FILLED, cv::LINE_AA);
+    cv::GaussianBlur(image, image, {}, 1.5);
+    cv::Mat grey;
+    image.convertTo(grey, CV_8U);
+    return grey;
+  };
+  const Eigen::Vector2d at(70, -50);
+  const Pair pair = See(lamp(at, 3), lamp(at, 4));
+  constexpr double kSigmaRad = 2 * kRadPerDeg;
+  for (const double off_rad : {-kSigmaRad, kSigmaRad}) {
+    // Turned about the lamp.
+    const Eigen::Vector2d shift = at - Eigen::Rotation2Dd(off_rad) * at;
+    const ImageMotion expected{shift.x(), shift.y(), off_rad, 1};
+    const Registration corrected = registrar_.CorrectJointly(
+        pair.reference, pair.current, expected, CovarianceOf({expected, kPriorPx, kSigmaRad}));
+    ASSERT_TRUE(corrected.ok());
+    EXPECT_GT(std::sqrt(corrected.covariance(2, 2)), 0.6 * kSigmaRad);
+    const Eigen::Vector2d seen = corrected.motion.Apply(at);
+    EXPECT_LT((seen - at).norm(), 3);
   }
 }
 
