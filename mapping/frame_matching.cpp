@@ -1,5 +1,6 @@
 #include "mapping/frame_matching.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace ceilmap::mapping {
@@ -79,6 +80,35 @@ Registration MatchJointly(const RecentKeyframe& reference,
   return joint;
 }
 
+/// Where few blocks have texture, as those around one lamp, heights may explain them under almost
+/// any motion. Doubtful are heights that are only the best guess, and a motion unlike the predicted
+/// one.
+bool Doubtful(const Registration& found,
+              const Registration& plane,
+              const RecentKeyframe& reference,
+              const MotionPrior& prior) {
+  if (!found.ok()) return false;
+  if (found.heights && !plane.ok() && !found.ShowsDepth()) return true;
+  if (!found.heights && reference.spectrum.Heights() == nullptr) return false;
+  constexpr double kLikePx = 8;
+  constexpr double kLikeRad = 0.025;
+  const double off_px =
+      std::hypot(found.motion.tx_px - prior.motion.tx_px, found.motion.ty_px - prior.motion.ty_px);
+  return off_px > kLikePx ||
+         std::abs(WrapAngle(found.motion.theta_rad - prior.motion.theta_rad)) > kLikeRad;
+}
+
+/// All blocks jointly may contradict a doubtful motion.
+bool Contradicts(const Registration& joint, const Registration& guess) {
+  constexpr double kSigmas = 4;
+  const Eigen::Vector3d off(joint.motion.tx_px - guess.motion.tx_px,
+                            joint.motion.ty_px - guess.motion.ty_px,
+                            joint.motion.theta_rad - guess.motion.theta_rad);
+  const Eigen::Matrix3d spread =
+      joint.covariance.topLeftCorner<3, 3>() + guess.covariance.topLeftCorner<3, 3>();
+  return joint.ok() && off.dot(spread.ldlt().solve(off)) > kSigmas * kSigmas;
+}
+
 }  // namespace
 
 Registration MatchFrame(const calib::CeilingView& view,
@@ -91,8 +121,11 @@ Registration MatchFrame(const calib::CeilingView& view,
   const bool by_compass_alone = expected && expected->by_compass_alone;
   const Registration plane = MatchPlane(reference, spectrum, prior, by_compass_alone, registrar);
   Registration found = MatchDepth(reference, spectrum, prior, plane, registrar);
-  if (found.verdict != Verdict::kNoMatch || !prior || by_compass_alone) return found;
+  if (!prior || by_compass_alone) return found;
+  const bool doubtful = Doubtful(found, plane, reference, *prior);
+  if (found.verdict != Verdict::kNoMatch && !doubtful) return found;
   Registration joint = MatchJointly(reference, spectrum, *prior, registrar);
+  if (doubtful) return Contradicts(joint, found) ? joint : found;
   return joint.verdict == Verdict::kNoMatch ? found : joint;
 }
 
