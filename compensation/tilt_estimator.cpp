@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -40,9 +41,14 @@ constexpr int kRestartAfter = 5;
 // `kCorrectAfter` consecutive contradictions.
 constexpr double kCorrectRad = 1.5e-3;
 constexpr int kCorrectAfter = 3;
-// Upper limit of the standard deviation of frames without any measurement, after any time:
-// debris is not higher, rad.
+// Upper limit of the standard deviation of a tilt: debris is not higher, rad.
 constexpr double kUnknownSigmaRad = 0.035;
+// Of a robot whose tilt was never measured, rad: most robots stand on debris, to 2 degrees, for
+// some percent of their way. It counts as much as this number of measured frames. Frames measured
+// long ago are forgotten.
+constexpr double kUnmeasuredSigmaRad = 0.006;
+constexpr int kUnmeasuredFrames = 30;
+constexpr int kRememberedFrames = 500;
 // Standard deviation of a keyframe that was assumed level without a measurement, rad.
 constexpr double kAssumedSigmaRad = 0.002;
 
@@ -105,6 +111,9 @@ struct TiltEstimator::Impl {
   std::deque<Moment> moments;  // the latest ones, oldest first
   cv::Mat rectified;
   cv::Mat forward_rectified;
+  // Mean square of an angle, of frames measured by the ceiling: what is to be expected of others.
+  double usual_variance = kUnmeasuredSigmaRad * kUnmeasuredSigmaRad;
+  int usual_frames = kUnmeasuredFrames;
   int ceiling_failed = 0;       // consecutive frames without a measurement
   int forward_failed = 0;       // the same for the forward camera, images with texture only
   int contradictions = 0;       // consecutive
@@ -123,6 +132,7 @@ struct TiltEstimator::Impl {
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
   void Measure(const Seen& seen, TiltEstimate& estimate);
   void Fuse(TiltEstimate& estimate);
+  [[nodiscard]] TiltAngles Unmeasured() const;
   void Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate);
   void ApplyCorrection(Moment& moment, TiltEstimate& estimate);
   void Renew(const Seen& seen);
@@ -254,9 +264,20 @@ void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
   if (estimate.source == TiltSource::kNone) ++report.unknown;
 }
 
+/// The tilt of a frame that no camera measured: the prediction, which soon means nothing, and the
+/// tilts that were measured before, which are small where the robot drives on a clean floor. A
+/// robot that was tilted may still be.
+TiltAngles TiltEstimator::Impl::Unmeasured() const {
+  const TiltAngles predicted = filter.Now();
+  const double variance = usual_variance + 0.5 * predicted.angles.squaredNorm();
+  const Eigen::Matrix2d usual = variance * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d weight = usual * (predicted.covariance + usual).inverse();
+  return {weight * predicted.angles, weight * predicted.covariance};
+}
+
 /// Decides whether the frame is level, and sets its tilt.
 void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
-  const TiltAngles now = filter.Now();
+  const TiltAngles now = estimate.source == TiltSource::kNone ? Unmeasured() : filter.Now();
   const bool by_ceiling =
       estimate.source == TiltSource::kCeiling || estimate.source == TiltSource::kBoth;
   // Measured by the ceiling, against a keyframe that is level.
@@ -268,6 +289,11 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
       (sigmas - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
   moment.level = part < 1;
   report.level += part == 0 ? 1 : 0;
+  if (by_ceiling) {
+    usual_frames = std::min(usual_frames + 1, kRememberedFrames);
+    const double square = 0.5 * part * part * now.angles.squaredNorm();
+    usual_variance += (square - usual_variance) / usual_frames;
+  }
   tilted_since = tilted_since || !moment.level;
   Tilt& tilt = estimate.tilt;
   // The first frame is level by definition. A frame that the ceiling shows to be level is exactly

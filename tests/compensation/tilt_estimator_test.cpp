@@ -128,6 +128,25 @@ TEST(TiltEstimator, ALevelDriveIsExactlyLevel) {
   }
 }
 
+// What is not measured is expected to be as what was.
+TEST(TiltEstimator, UnmeasuredFramesCountAsTheMeasuredOnes) {
+  const auto last_sigma_deg = [](Recording& recording) {
+    recording.Run(TiltMethod::kCeiling, [](int i, TiltFrame& frame) {
+      if (i >= 34) frame.up.setTo(0);
+    });
+    const TiltEstimate& last = recording.At(recording.Size() - 1);
+    EXPECT_EQ(last.source, TiltSource::kNone);
+    return std::sqrt(last.tilt.covariance.diagonal().maxCoeff()) / kRadPerDeg;
+  };
+  simulator::Scene scene = Lab();
+  scene.path.max_frames = 40;
+  Recording level(scene);
+  const double of_a_level_robot = last_sigma_deg(level);
+  EXPECT_GT(of_a_level_robot, 0.1);
+  EXPECT_LT(of_a_level_robot, 0.35);
+  EXPECT_GT(last_sigma_deg(Bumpy()), 1.5 * of_a_level_robot);
+}
+
 class EachMethod : public testing::TestWithParam<TiltMethod> {};
 
 TEST_P(EachMethod, MeasuresBumps) {
