@@ -1,7 +1,10 @@
 #include "localization/global_search.hpp"
 
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <vector>
+
+#include "calib/level_view.hpp"
 
 namespace ceilmap::localization {
 
@@ -9,6 +12,9 @@ namespace {
 
 // Standard deviation of the turn rate of a robot while it cannot be measured, rad/s.
 constexpr double kTurnNoiseWhenLost = 1.0;
+// A robot moves on as before for at most this number of frames, each after at most this time.
+constexpr int kMaxPredicted = 5;
+constexpr double kMaxStepS = 0.3;
 
 }  // namespace
 
@@ -23,6 +29,8 @@ GlobalSearch::GlobalSearch(const store::MapReader& map,
       chain_(matcher.View()),
       finder_(map, matcher.View()),
       hypotheses_(matcher.Span(), params.hypotheses),
+      submap_(matcher.View()),
+      submap_search_(map),
       start_(params.start) {
   hypotheses_.Clear();
   if (start_) hypotheses_.Trust(*start_);
@@ -32,6 +40,8 @@ void GlobalSearch::Reset(const std::optional<PoseWithCovariance>& start) {
   hypotheses_.Clear();
   if (start) hypotheses_.Trust(*start);
   chain_.Reset();
+  submap_.Clear();
+  searched_at_ = 0;
   start_ = start;
   velocity_.reset();
   predicted_ = 0;
@@ -69,8 +79,6 @@ void GlobalSearch::ChangeView() {
 /// Where a robot that is followed shows too little for a step: it moves on as before, for a few
 /// frames. False where that is not known.
 bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
-  constexpr int kMaxPredicted = 3;
-  constexpr double kMaxStepS = 0.3;
   constexpr double kSpeedSigma = 0.3;  // m/s
   constexpr double kTurnSigma = 0.5;   // rad/s
   if (!velocity_ || !hypotheses_.Follows() || unplaced_s > kMaxStepS ||
@@ -81,9 +89,22 @@ bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
   const double sigma_rad = kTurnSigma * unplaced_s;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
+  submap_.Move(velocity_->Over(unplaced_s));
   hypotheses_.Move(velocity_->Over(unplaced_s), covariance, true);
   StartChain(hypotheses_.All().front().pose.pose, frame);
   return true;
+}
+
+/// Where the motion could not be measured: a new chain continues with that before, for a few
+/// frames. The submap, which even a small error of the motion distorts, begins anew.
+void GlobalSearch::Bridge(double unplaced_s) {
+  submap_.Clear();
+  searched_at_ = 0;
+  if (velocity_ && unplaced_s <= kMaxStepS && ++predicted_ <= kMaxPredicted) {
+    chain_.Continue(*velocity_);
+  } else {
+    velocity_.reset();
+  }
 }
 
 /// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
@@ -92,7 +113,11 @@ bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
   constexpr double kMaxDropoutS = 1;  // after a longer dropout the robot may have been carried
   const double stamp_s = frame.stamp_s;
   if (!begin_s_) begin_s_ = stamp_s;
-  const std::optional<ChainStep> step = chain_.Next(frame);
+  LevelFrame level = frame;
+  // An unmeasured tilt displaces one pose, not all that follow.
+  if (hypotheses_.Follows()) level.tilt.covariance.setZero();
+  const std::optional<ChainStep> step = chain_.Next(level);
+  new_keyframe_ = step && step->new_keyframe;
   const double unplaced_s = stamp_s - last_placed_s_.value_or(*begin_s_);
   if (!step && !chain_.Began() && !hypotheses_.Follows()) return false;
   if (step) {
@@ -101,13 +126,14 @@ bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
       predicted_ = 0;
       result.velocity = {stamp_s - unplaced_s / 2, *velocity_};
     }
+    submap_.Move(step->T_before_now);
     hypotheses_.Move(step->T_before_now,
                      step->covariance,
                      !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
   } else if (MoveOn(frame, unplaced_s)) {
     result.velocity = {stamp_s, *velocity_};
   } else if (unplaced_s > 0) {
-    velocity_.reset();
+    Bridge(unplaced_s);
     hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unplaced_s,
                        kTurnNoiseWhenLost * unplaced_s);
   }
@@ -132,14 +158,19 @@ bool GlobalSearch::Wanted(const PlaceProposal& place,
                           double stamp_s,
                           const std::optional<HeadingPrior>& yaw) const {
   if (!place.any_yaw && hypotheses_.Contains(place.T_map_base)) return false;
+  if (!place.any_yaw && !Fits(place.T_map_base, yaw)) return false;
   Pose2 T_map_base = place.T_map_base;
-  if (!place.any_yaw && !Fits(T_map_base, yaw)) return false;
+  if (place.any_yaw && start_) T_map_base.yaw = start_->pose.yaw;
+  return StartAllows(T_map_base, stamp_s);
+}
+
+/// Whether the robot can be there by now, where its start was given.
+bool GlobalSearch::StartAllows(const Pose2& T_map_base, double stamp_s) const {
   if (!start_ || frames_ > params_.max_frames_at_start_prior) return true;
   const double elapsed_s = stamp_s - *begin_s_;
   const double moved = params_.speed_noise_when_lost_m_s * elapsed_s + 0.1 * matcher_.Span();
   const double turned = kTurnNoiseWhenLost * elapsed_s + kProposalRad;
   PoseWithCovariance start = *start_;
-  if (place.any_yaw) T_map_base.yaw = start.pose.yaw;
   start.covariance.diagonal() += Eigen::Vector3d(moved * moved, moved * moved, turned * turned);
   return SquaredDistance(start, {T_map_base}) < kSigmas * kSigmas;
 }
@@ -182,6 +213,39 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
   }
 }
 
+/// The last metres go on with this frame. A robot that is followed continues from its corrected
+/// pose, with the heights that the map shows there.
+void GlobalSearch::Extend(const LevelFrame& frame) {
+  const cv::Mat& image = frame.image.pixels;
+  submap_.Add(image, frame.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
+  const Hypothesis* followed = hypotheses_.Followed();
+  if (new_keyframe_ && followed != nullptr) StartChain(followed->pose.pose, frame);
+}
+
+/// Where single frames show too little, the last metres together may determine the place.
+void GlobalSearch::SearchSubmap(const LevelFrame& frame, const std::optional<HeadingPrior>& yaw) {
+  constexpr double kMinLengthRatio = 0.7;  // of the span
+  constexpr double kSearchRatio = 0.25;    // of the span, travel between searches
+  if (submap_.Length() < kMinLengthRatio * submap_.Span() ||
+      submap_.Travelled() - searched_at_ < kSearchRatio * submap_.Span()) {
+    return;
+  }
+  searched_at_ = submap_.Travelled();
+  ++searches_;
+  const auto wanted = [&yaw](double at) { return Fits({0, 0, at}, yaw); };
+  const std::optional<SubmapSearch::Result> found = submap_search_.Find(submap_, wanted);
+  if (!found || !found->IsClear() || !StartAllows(found->pose.pose, frame.stamp_s)) return;
+  // A pose that is followed and agrees is the more exact one.
+  const Hypothesis* followed = hypotheses_.Followed();
+  if (followed != nullptr && SquaredDistance(followed->pose, found->pose) < kSigmas * kSigmas &&
+      PositionSigma(followed->pose.covariance) < PositionSigma(found->pose.covariance)) {
+    return;
+  }
+  hypotheses_.Clear();
+  hypotheses_.Trust(found->pose);
+  StartChain(found->pose.pose, frame);
+}
+
 GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
                                         const FrameSpectrum& spectrum,
                                         const std::optional<HeadingPrior>& yaw) {
@@ -205,12 +269,22 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   if (hypotheses_.Accepted() == nullptr && due) {
     Relocalize(frame, spectrum, use_yaw ? yaw : std::nullopt);
   }
+  Extend(frame);
+  // A match, even if other places explain the frame as well, says more than weak structure.
+  if (!hypotheses_.AnyMatch() && ambiguous_matches_ == 0) {
+    SearchSubmap(frame, use_yaw ? yaw : std::nullopt);
+  }
   hypotheses_.Weigh();
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
   if (const Hypothesis* accepted = hypotheses_.Accepted()) {
     result.status = TrackingStatus::kRelocalized;
     result.match = accepted->match;
-    Reset();
+    result.followed = accepted->match.corrected;
+    if (result.followed) {
+      result.match.pose = matcher_.WithTilt(result.match.pose);
+    } else {
+      Reset();
+    }
   } else if (ambiguous_matches_ > 0 || hypotheses_.AnyMatch()) {
     result.status = TrackingStatus::kAmbiguous;
   }

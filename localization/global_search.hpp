@@ -9,6 +9,8 @@
 #include "localization/map_matcher.hpp"
 #include "localization/place_finder.hpp"
 #include "localization/relative_odometry.hpp"
+#include "localization/submap.hpp"
+#include "localization/submap_search.hpp"
 #include "mapping/graph/keyframe.hpp"
 
 namespace ceilmap::localization {
@@ -35,6 +37,9 @@ class GlobalSearch {
     graph::TrackingStatus status = graph::TrackingStatus::kLost;  ///< kRelocalized: pose found
     MapMatch match;                                               ///< that determined the pose
     int hypotheses = 0;                                           ///< places where the robot may be
+    /// With a pose: the robot was not recognised by this frame alone. The search goes on from
+    /// there.
+    bool followed = false;
     std::optional<StampedTwist2> velocity;  ///< mean since the frame before, at the middle
   };
   /// @param yaw  The robot's yaw on the map, if a compass gives it.
@@ -47,6 +52,7 @@ class GlobalSearch {
  private:
   void StartChain(const Pose2& T_map_base, const LevelFrame& frame);
   bool MoveOn(const LevelFrame& frame, double unplaced_s);
+  void Bridge(double unplaced_s);
   bool Move(const LevelFrame& frame, Result& result);
   [[nodiscard]] bool Wanted(const PlaceProposal& place,
                             double stamp_s,
@@ -54,6 +60,9 @@ class GlobalSearch {
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& spectrum,
                                     const std::optional<PoseWithCovariance>& expected);
+  [[nodiscard]] bool StartAllows(const Pose2& T_map_base, double stamp_s) const;
+  void Extend(const LevelFrame& frame);
+  void SearchSubmap(const LevelFrame& frame, const std::optional<HeadingPrior>& yaw);
   void Relocalize(const LevelFrame& frame,
                   const registration::FrameSpectrum& spectrum,
                   const std::optional<HeadingPrior>& yaw);
@@ -63,6 +72,10 @@ class GlobalSearch {
   RelativeOdometry chain_;
   PlaceFinder finder_;
   Hypotheses hypotheses_;
+  Submap submap_;
+  SubmapSearch submap_search_;
+  bool new_keyframe_ = false;  // of the chain, in this frame
+  double searched_at_ = 0;     // travel at the latest search of the submap
   std::int64_t searches_ = 0;
   std::optional<PoseWithCovariance> start_;
   std::optional<Twist2> velocity_;       // of the robot at the latest frame

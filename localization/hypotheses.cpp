@@ -1,5 +1,6 @@
 #include "localization/hypotheses.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -54,13 +55,40 @@ bool Hypotheses::Contains(const Pose2& T_map_base) const {
   });
 }
 
+namespace {
+
+// Standard deviation of the length of all steps together, as a part of it: what is seen of a plain
+// ceiling may all hang lower, or be higher, than the map says.
+constexpr double kStepScaleSigma = 0.08;
+
+/// Moves a hypothesis. Independent errors of the steps add up as variances, the common one as a
+/// length: it is a constant that is not estimated, but whose effect on the pose is known
+/// (Schmidt-Kalman filter).
+void Follow(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, Hypothesis& h) {
+  const Eigen::Vector3d& common = h.common_error;
+  const Eigen::Matrix3d independent = h.pose.covariance - common * common.transpose();
+  const Eigen::Vector2d step = h.pose.pose.Rotation() * T_before_now.Translation();
+  h.pose = Moved({h.pose.pose, independent}, T_before_now, covariance);
+  h.common_error.head<2>() +=
+      common.z() * Eigen::Vector2d(-step.y(), step.x()) + kStepScaleSigma * step;
+  h.pose.covariance += h.common_error * h.common_error.transpose();
+}
+
+/// Takes a pose that was measured, or corrected.
+void Take(const PoseWithCovariance& pose, Hypothesis& h) {
+  h.common_error = pose.covariance * h.pose.covariance.ldlt().solve(h.common_error);
+  h.pose = pose;
+}
+
+}  // namespace
+
 void Hypotheses::Move(const Pose2& T_before_now,
                       const Eigen::Matrix3d& covariance,
                       bool unambiguous) {
   travelled_ += T_before_now.Translation().norm();
   since_confirmed_ += T_before_now.Translation().norm();
   for (Hypothesis& h : all_) {
-    h.pose = Moved(h.pose, T_before_now, covariance);
+    Follow(T_before_now, covariance, h);
     h.trusted = h.trusted && unambiguous;
   }
 }
@@ -132,7 +160,7 @@ void Hypotheses::MatchAll(
   for (Hypothesis& h : all_) {
     const std::optional<MapMatch> match = match_at(h);
     if (match && !match->sure) {
-      h.pose = match->pose;
+      Take(match->pose, h);
       h.misses = 0;
       h.recognised = false;
       continue;
@@ -147,7 +175,7 @@ void Hypotheses::MatchAll(
     }
     h.match = *match;
     h.misses = 0;
-    h.pose = match->pose;
+    Take(match->pose, h);
     ++h.matches;
     const bool counts = !match->disambiguated_by_prior && (anew || match->distinct);
     h.confirmations += counts ? 1 : 0;
@@ -170,9 +198,10 @@ bool Hypotheses::AnyMatch() const {
   return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) { return h.recognised; });
 }
 
-bool Hypotheses::Follows() const {
-  return std::any_of(
+const Hypothesis* Hypotheses::Followed() const {
+  const auto found = std::find_if(
       all_.begin(), all_.end(), [](const Hypothesis& h) { return h.trusted && h.misses == 0; });
+  return found == all_.end() ? nullptr : &*found;
 }
 
 /// The place that explains the latest frame best. Where the map covers little of the frame, few

@@ -30,8 +30,9 @@ struct MapMatch {
   int blocks = 0;
   /// It explains the image so well that it confirms a place again without further travel.
   bool distinct = false;
-  /// False: an expected pose, corrected by an image of weak texture (MapMatcher::CorrectNear), that
-  /// is not certain enough to be reported.
+  /// An expected pose that an image of weak texture has corrected (MapMatcher::CorrectNear) ...
+  bool corrected = false;
+  /// ... and whether it is certain enough to be reported.
   bool sure = true;
   /// Of the frame (reference) against the map at that place.
   registration::Dissimilarity dissimilarity;
@@ -43,6 +44,9 @@ struct Hypothesis {
   /// True for a pose that was known a moment ago: one match confirms it, even on a periodic
   /// ceiling.
   bool trusted = false;
+  /// The part of the pose's error, in standard deviations, that all steps since the latest match
+  /// have in common: (x, y, yaw) in the map, contained in the pose's covariance.
+  Eigen::Vector3d common_error = Eigen::Vector3d::Zero();
   int matches = 0;
   int confirmations = 0;    ///< matches that were not disambiguated_by_prior
   int misses = 0;           ///< consecutive frames without a match
@@ -85,7 +89,9 @@ class Hypotheses {
   void Add(const MapMatch& match);
   /// True when a pose that was known is followed from frame to frame, though it may not be certain
   /// enough to be reported.
-  [[nodiscard]] bool Follows() const;
+  [[nodiscard]] bool Follows() const { return Followed() != nullptr; }
+  /// The hypothesis that is followed; null if there is none.
+  [[nodiscard]] const Hypothesis* Followed() const;
   /// True when there is a hypothesis at this place.
   [[nodiscard]] bool Contains(const Pose2& T_map_base) const;
 

@@ -308,6 +308,7 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   }
   if (was_placed) location.pose.status = TrackingStatus::kTracking;
   Place(result.match, location);
+  if (result.followed) return;
   std::optional<Twist2> velocity;
   constexpr double kRecentS = 0.5;
   if (result.velocity && frame.stamp_s - result.velocity->stamp_s < kRecentS) {

@@ -247,8 +247,17 @@ std::optional<MapMatch> MapMatcher::CorrectNear(const PoseWithCovariance& expect
   match.peak = found.peak;
   match.inliers = found.inliers;
   match.blocks = found.blocks;
-  match.sure = PositionSigma(match.pose.covariance) < kMaxCorrectedSigmaPx * view_.MetresPerPixel();
+  match.corrected = true;
+  match.sure = PositionSigma(WithTilt(match.pose).covariance) <
+               kMaxCorrectedSigmaPx * view_.MetresPerPixel();
   return match;
+}
+
+PoseWithCovariance MapMatcher::WithTilt(const PoseWithCovariance& pose) const {
+  PoseWithCovariance result = pose;
+  result.covariance.topLeftCorner<2, 2>() +=
+      mapping::TiltCovariance(view_, pose.pose, tilt_.covariance);
+  return result;
 }
 
 std::shared_ptr<const heights::HeightField> MapMatcher::HeightsAt(const Pose2& T_map_base) {

@@ -59,10 +59,13 @@ class MapMatcher {
                                     const std::optional<PoseWithCovariance>& expected);
   /// Where no match is found at a place that is known approximately: the pose as the frame and the
   /// map together with the expectation tell it (Registrar::CorrectJointly), under plain plaster.
-  /// MapMatch::sure tells whether it is certain enough to be reported.
+  /// Without the uncertainty of the tilt (WithTilt). MapMatch::sure tells whether the pose is
+  /// certain enough to be reported.
   /// @return nothing where the map shows nothing there.
   std::optional<MapMatch> CorrectNear(const PoseWithCovariance& expected,
                                       const registration::FrameSpectrum& frame);
+  /// Adds the uncertainty of the latest frame's tilt to a pose that was found without it.
+  [[nodiscard]] PoseWithCovariance WithTilt(const PoseWithCovariance& pose) const;
   /// Heights of the ceiling in an image taken at a pose, as the map knows them; nullptr where it
   /// knows none.
   [[nodiscard]] std::shared_ptr<const heights::HeightField> HeightsAt(const Pose2& T_map_base);

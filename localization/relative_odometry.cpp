@@ -83,6 +83,7 @@ std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
     R.topLeftCorner<2, 2>() = Pose2{0, 0, turn}.Rotation();
     result.covariance = 2 * R * step.tie.information.inverse() * R.transpose();
   }
+  result.new_keyframe = step.new_keyframe.has_value();
   result.disambiguated_by_prior = step.registration.disambiguated_by_prior;
   return result;
 }

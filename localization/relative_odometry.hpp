@@ -32,6 +32,8 @@ struct ChainStep {
   /// Several motions explain the images; the constant-velocity model alone chose this one (periodic
   /// ceiling).
   bool disambiguated_by_prior = false;
+  /// Later frames are compared with this frame, or the one before it, instead of earlier ones.
+  bool new_keyframe = false;
 };
 
 /// The robot's own motion, from frame to frame, while its pose on the map is unknown. It moves the

@@ -235,5 +235,21 @@ TEST(HypothesesParams, AreChecked) {
   EXPECT_THROW(Hypotheses(kSpan, params), InputError);
 }
 
+TEST_F(HypothesesTest, ErrorsThatAllStepsHaveInCommonAddUpAsALength) {
+  hypotheses_.Trust({{}, 1e-8 * Eigen::Matrix3d::Identity()});
+  const auto drive = [&](int steps) {
+    for (int i = 0; i < steps; ++i) {
+      hypotheses_.Move({0.1, 0, 0}, 1e-8 * Eigen::Matrix3d::Identity(), true);
+    }
+    return std::sqrt(hypotheses_.Followed()->pose.covariance(0, 0));
+  };
+  const double after_one = drive(1);
+  EXPECT_GT(after_one, 0.003);
+  EXPECT_NEAR(drive(9), 10 * after_one, 0.01 * after_one);
+  // A match is of the place, not of the way to it.
+  hypotheses_.MatchAll([](const Hypothesis& h) { return MatchAt(h.pose.pose, 0.2); });
+  EXPECT_NEAR(drive(1), after_one, 0.3 * after_one);
+}
+
 }  // namespace
 }  // namespace ceilmap::localization
