@@ -73,6 +73,8 @@ void GlobalSearch::BeginAt(const PoseWithCovariance& pose,
 
 void GlobalSearch::ChangeView() {
   chain_.Reset();
+  submap_ = Submap(matcher_.View());
+  searched_at_ = 0;
   finder_.SetView(matcher_.View());
 }
 

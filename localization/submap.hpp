@@ -29,6 +29,7 @@ class Submap {
  public:
   explicit Submap(const calib::CeilingView& view);
 
+  /// Forgets all images: the motion since them is not known.
   void Clear();
   /// The robot's motion since the call before.
   void Move(const Pose2& T_before_now);
@@ -41,17 +42,17 @@ class Submap {
   [[nodiscard]] double Length() const;
   /// Map units per pixel of the drawing.
   [[nodiscard]] double Unit() const { return unit_; }
-  /// Pose of the robot in the coordinates of the drawing: origin at its centre, axes as those of
-  /// view (columns along x, rows along y).
+  [[nodiscard]] double Travelled() const { return travelled_; }  ///< since Clear, map units
+  [[nodiscard]] double Span() const { return span_; }            ///< of an image, map units
+
   struct Drawing {
-    FineStructure structure;  ///< square; its pixel (side / 2, side / 2) is the origin
-    Pose2 T_drawing_base;
+    /// Square; columns lie along x, rows along y, pixel (side / 2, side / 2) is the origin.
+    FineStructure structure;
+    Pose2 T_drawing_base;  ///< of the robot now, map units
   };
   /// Draws the mean of the kept images of the last `length` of travel (map units) in a square with
   /// room for any rotation about its centre.
   [[nodiscard]] Drawing Draw(double length) const;
-  [[nodiscard]] double Travelled() const { return travelled_; }  ///< since Clear
-  [[nodiscard]] double Span() const { return span_; }
 
  private:
   struct View {
