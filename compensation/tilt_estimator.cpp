@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -12,6 +11,7 @@
 #include "calib/base/stage_timer.hpp"
 #include "calib/base/velocity_predictor.hpp"
 #include "calib/level_view.hpp"
+#include "compensation/usual_tilt.hpp"
 
 namespace ceilmap::compensation {
 
@@ -43,12 +43,6 @@ constexpr double kCorrectRad = 1.5e-3;
 constexpr int kCorrectAfter = 3;
 // Upper limit of the standard deviation of a tilt: debris is not higher, rad.
 constexpr double kUnknownSigmaRad = 0.035;
-// Of a robot whose tilt was never measured, rad: most robots stand on debris, to 2 degrees, for
-// some percent of their way. It counts as much as this number of measured frames. Frames measured
-// long ago are forgotten.
-constexpr double kUnmeasuredSigmaRad = 0.006;
-constexpr int kUnmeasuredFrames = 30;
-constexpr int kRememberedFrames = 500;
 // Standard deviation of a keyframe that was assumed level without a measurement, rad.
 constexpr double kAssumedSigmaRad = 0.002;
 
@@ -111,9 +105,7 @@ struct TiltEstimator::Impl {
   std::deque<Moment> moments;  // the latest ones, oldest first
   cv::Mat rectified;
   cv::Mat forward_rectified;
-  // Mean square of an angle, of frames measured by the ceiling: what is to be expected of others.
-  double usual_variance = kUnmeasuredSigmaRad * kUnmeasuredSigmaRad;
-  int usual_frames = kUnmeasuredFrames;
+  UsualTilt usual;
   int ceiling_failed = 0;       // consecutive frames without a measurement
   int forward_failed = 0;       // the same for the forward camera, images with texture only
   int contradictions = 0;       // consecutive
@@ -132,7 +124,6 @@ struct TiltEstimator::Impl {
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
   void Measure(const Seen& seen, TiltEstimate& estimate);
   void Fuse(TiltEstimate& estimate);
-  [[nodiscard]] TiltAngles Unmeasured() const;
   void Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate);
   void ApplyCorrection(Moment& moment, TiltEstimate& estimate);
   void Renew(const Seen& seen);
@@ -264,20 +255,10 @@ void TiltEstimator::Impl::Fuse(TiltEstimate& estimate) {
   if (estimate.source == TiltSource::kNone) ++report.unknown;
 }
 
-/// The tilt of a frame that no camera measured: the prediction, which soon means nothing, and the
-/// tilts that were measured before, which are small where the robot drives on a clean floor. A
-/// robot that was tilted may still be.
-TiltAngles TiltEstimator::Impl::Unmeasured() const {
-  const TiltAngles predicted = filter.Now();
-  const double variance = usual_variance + 0.5 * predicted.angles.squaredNorm();
-  const Eigen::Matrix2d usual = variance * Eigen::Matrix2d::Identity();
-  const Eigen::Matrix2d weight = usual * (predicted.covariance + usual).inverse();
-  return {weight * predicted.angles, weight * predicted.covariance};
-}
-
 /// Decides whether the frame is level, and sets its tilt.
 void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate& estimate) {
-  const TiltAngles now = estimate.source == TiltSource::kNone ? Unmeasured() : filter.Now();
+  const TiltAngles now =
+      estimate.source == TiltSource::kNone ? usual.Combine(filter.Now()) : filter.Now();
   const bool by_ceiling =
       estimate.source == TiltSource::kCeiling || estimate.source == TiltSource::kBoth;
   // Measured by the ceiling, against a keyframe that is level.
@@ -289,11 +270,7 @@ void TiltEstimator::Impl::Decide(const Seen& seen, Moment& moment, TiltEstimate&
       (sigmas - params.level_sigmas) / (params.tilted_sigmas - params.level_sigmas), 0.0, 1.0);
   moment.level = part < 1;
   report.level += part == 0 ? 1 : 0;
-  if (by_ceiling) {
-    usual_frames = std::min(usual_frames + 1, kRememberedFrames);
-    const double square = 0.5 * part * part * now.angles.squaredNorm();
-    usual_variance += (square - usual_variance) / usual_frames;
-  }
+  if (by_ceiling) usual.Add(part * now.angles);
   tilted_since = tilted_since || !moment.level;
   Tilt& tilt = estimate.tilt;
   // The first frame is level by definition. A frame that the ceiling shows to be level is exactly
