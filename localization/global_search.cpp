@@ -40,14 +40,19 @@ void GlobalSearch::Reset(const std::optional<PoseWithCovariance>& start) {
   hypotheses_.Clear();
   if (start) hypotheses_.Trust(*start);
   chain_.Reset();
-  submap_.Clear();
-  searched_at_ = 0;
+  RestartSubmap();
   start_ = start;
   velocity_.reset();
   predicted_ = 0;
   frames_ = 0;
   begin_s_.reset();
   last_placed_s_.reset();
+}
+
+/// The motion since the images of the submap is not known, or its scale has changed.
+void GlobalSearch::RestartSubmap() {
+  submap_ = Submap(matcher_.View());
+  searched_at_ = 0;
 }
 
 /// Starts the chain at a known place.
@@ -73,8 +78,7 @@ void GlobalSearch::BeginAt(const PoseWithCovariance& pose,
 
 void GlobalSearch::ChangeView() {
   chain_.Reset();
-  submap_ = Submap(matcher_.View());
-  searched_at_ = 0;
+  RestartSubmap();
   finder_.SetView(matcher_.View());
 }
 
@@ -93,15 +97,14 @@ bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
   covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
   submap_.Move(velocity_->Over(unplaced_s));
   hypotheses_.Move(velocity_->Over(unplaced_s), covariance, true);
-  StartChain(hypotheses_.All().front().pose.pose, frame);
+  StartChain(hypotheses_.Followed()->pose.pose, frame);
   return true;
 }
 
 /// Where the motion could not be measured: a new chain continues with that before, for a few
 /// frames. The submap, which even a small error of the motion distorts, begins anew.
 void GlobalSearch::Bridge(double unplaced_s) {
-  submap_.Clear();
-  searched_at_ = 0;
+  RestartSubmap();
   if (velocity_ && unplaced_s <= kMaxStepS && ++predicted_ <= kMaxPredicted) {
     chain_.Continue(*velocity_);
   } else {

@@ -50,6 +50,7 @@ class GlobalSearch {
   [[nodiscard]] std::int64_t Searches() const { return searches_; }
 
  private:
+  void RestartSubmap();
   void StartChain(const Pose2& T_map_base, const LevelFrame& frame);
   bool MoveOn(const LevelFrame& frame, double unplaced_s);
   void Bridge(double unplaced_s);
