@@ -7,28 +7,17 @@
 
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
+#include "tests/compensation/flickering_room.hpp"
 
 namespace ceilmap::compensation {
 namespace {
 
-/// A fisheye with a rolling shutter under a tiled ceiling with lamps. At ten images a second the
-/// bands stand still in the rows.
 simulator::Scene FlickeringRoom() {
-  simulator::Scene scene;
-  scene.room.height_m = 2.8;
+  simulator::Scene scene = synthetic::FlickeringRoom();
   scene.ceiling.lamp_every_x = 4;
   scene.ceiling.lamp_every_y = 4;
-  scene.camera.width_px = 320;
-  scene.camera.height_px = 240;
-  scene.camera.focal_px = 160;
-  scene.camera.distortion_model = calib::LensModel::kEquidistant;
-  scene.camera.distortion = {-0.028, 0.0065, -0.0032, 0.0004};
-  scene.camera.exposure_time_s = 0.004;
-  scene.camera.readout_time_s = 0.025;
-  scene.image.motion_blur = false;
   scene.image.flicker_depth = 0.15;
   scene.path.max_frames = 25;
-  scene.path.acceleration_m_s2 = 3;
   return scene;
 }
 

@@ -41,6 +41,18 @@ class Walk {
   [[nodiscard]] double MostOffRad() const { return max_off_rad_; }
   [[nodiscard]] const Isometry3d& Last() const { return last_; }
 
+  /// Ten images per second, of which each row has its own time.
+  /// @param at  Pose at a time, s.
+  template <typename PoseAt>
+  void Drive(const PoseAt& at, int images, double half_s) {
+    for (int i = 0; i <= images; ++i) {
+      simulator::Frame frame = FrameAt(i, at(0.1 * i));
+      frame.T_map_base_open = ToSpace(at(0.1 * i - half_s), {});
+      frame.T_map_base_close = ToSpace(at(0.1 * i + half_s), {});
+      Step(frame);
+    }
+  }
+
  private:
   simulator::Renderer renderer_;
   calib::CeilingView view_;
@@ -86,15 +98,9 @@ TEST(MotionInSpace, TurnsOnTheSpot) {
 TEST(MotionInSpace, TurnsWithARollingShutter) {
   simulator::Scene scene = compensation::synthetic::Lab();
   scene.camera.readout_time_s = 0.03;
-  const double half_s = simulator::HalfExposure(scene.camera);
   const auto at = [](double time_s) { return Pose2{3, 3, WrapAngle(0.8 * time_s)}; };
   Walk walk(scene);
-  for (int i = 0; i <= 24; ++i) {
-    simulator::Frame frame = FrameAt(i, at(0.1 * i));
-    frame.T_map_base_open = ToSpace(at(0.1 * i - half_s), {});
-    frame.T_map_base_close = ToSpace(at(0.1 * i + half_s), {});
-    walk.Step(frame);
-  }
+  walk.Drive(at, 24, simulator::HalfExposure(scene.camera));
   EXPECT_LT(walk.MostOffM(), 0.01);
   EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }
@@ -104,7 +110,6 @@ TEST(MotionInSpace, TurnsWithARollingShutter) {
 TEST(MotionInSpace, StartsAbruptlyWithARollingShutter) {
   simulator::Scene scene = compensation::synthetic::Lab();
   scene.camera.readout_time_s = 0.03;
-  const double half_s = simulator::HalfExposure(scene.camera);
   constexpr double kStartS = 0.25;
   constexpr double kSpeed = 0.6;
   const auto at = [](double time_s) {
@@ -112,12 +117,7 @@ TEST(MotionInSpace, StartsAbruptlyWithARollingShutter) {
   };
   const Twist2 drives{{kSpeed, 0}, 0};
   Walk walk(scene, {{0.1, {}}, {0.3, {}}, {0.6, drives}, {1.7, drives}});  // stamps begin at 0.1
-  for (int i = 0; i <= 16; ++i) {
-    simulator::Frame frame = FrameAt(i, at(0.1 * i));
-    frame.T_map_base_open = ToSpace(at(0.1 * i - half_s), {});
-    frame.T_map_base_close = ToSpace(at(0.1 * i + half_s), {});
-    walk.Step(frame);
-  }
+  walk.Drive(at, 16, simulator::HalfExposure(scene.camera));
   EXPECT_LT(walk.MostOffM(), 0.01);
   EXPECT_LT(walk.MostOffRad(), 0.15 * kRadPerDeg);
 }

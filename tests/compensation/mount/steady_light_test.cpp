@@ -7,29 +7,19 @@
 
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
+#include "tests/compensation/flickering_room.hpp"
 
 namespace ceilmap::mount {
 namespace {
 
-/// A fisheye with a rolling shutter, mounted askew, under lamps whose bands stand still in the
-/// rows.
+/// Seen by a camera that is mounted askew.
 simulator::Scene FlickeringRoom() {
-  simulator::Scene scene;
-  scene.room.height_m = 2.8;
-  scene.camera.width_px = 320;
-  scene.camera.height_px = 240;
-  scene.camera.focal_px = 160;
-  scene.camera.distortion_model = calib::LensModel::kEquidistant;
-  scene.camera.distortion = {-0.028, 0.0065, -0.0032, 0.0004};
-  scene.camera.exposure_time_s = 0.004;
-  scene.camera.readout_time_s = 0.025;
+  simulator::Scene scene = compensation::synthetic::FlickeringRoom();
   scene.camera.mount_x_m = 0.1;
   scene.camera.mount_yaw_deg = 30;
   scene.camera.mount_pitch_deg = 6;
-  scene.image.motion_blur = false;
   scene.image.flicker_depth = 0.3;
   scene.path.max_frames = 20;
-  scene.path.acceleration_m_s2 = 3;
   return scene;
 }
 

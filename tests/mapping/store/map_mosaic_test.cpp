@@ -17,6 +17,18 @@ using synthetic::SmallMap;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
+/// The window is as synthetic::FillMosaic draws it.
+void ExpectMosaic(const MapReader& reader, const cv::Rect& window) {
+  cv::Mat grey;
+  cv::Mat alpha;
+  cv::Mat expected_grey;
+  cv::Mat expected_alpha;
+  reader.ReadMosaic(window, grey, alpha);
+  synthetic::FillMosaic(window, expected_grey, expected_alpha);
+  EXPECT_TRUE(Same(grey, expected_grey)) << window;
+  EXPECT_TRUE(Same(alpha, expected_alpha)) << window;
+}
+
 TEST(MapMosaic, KeepsEachPixel) {
   const support::TempFolder folder;
   SmallMap().Write(folder / "map.gpkg");
@@ -30,14 +42,7 @@ TEST(MapMosaic, KeepsEachPixel) {
 
   for (const cv::Rect& window :
        {cv::Rect(0, 0, 700, 300), cv::Rect(250, 250, 300, 50), cv::Rect(0, 0, 1, 1)}) {
-    cv::Mat grey;
-    cv::Mat alpha;
-    cv::Mat expected_grey;
-    cv::Mat expected_alpha;
-    reader.ReadMosaic(window, grey, alpha);
-    synthetic::FillMosaic(window, expected_grey, expected_alpha);
-    EXPECT_TRUE(Same(grey, expected_grey)) << window;
-    EXPECT_TRUE(Same(alpha, expected_alpha)) << window;
+    ExpectMosaic(reader, window);
   }
   cv::Mat grey;
   cv::Mat alpha;
@@ -60,15 +65,7 @@ TEST(MapMosaic, StoresMosaicOfManyWindowsAndReportsProgress) {
   }
   EXPECT_THAT(done, ::testing::ElementsAre(1, 2, 3, 4, 5, 6));
   const MapReader reader(folder / "map.gpkg");
-  const cv::Rect all(0, 0, 2100, 1100);
-  cv::Mat grey;
-  cv::Mat alpha;
-  cv::Mat expected_grey;
-  cv::Mat expected_alpha;
-  reader.ReadMosaic(all, grey, alpha);
-  synthetic::FillMosaic(all, expected_grey, expected_alpha);
-  EXPECT_TRUE(Same(grey, expected_grey));
-  EXPECT_TRUE(Same(alpha, expected_alpha));
+  ExpectMosaic(reader, {0, 0, 2100, 1100});
 }
 
 TEST(MapMosaic, UnmappedMosaicIsTransparent) {
