@@ -10,46 +10,136 @@ namespace ceilmap::calib {
 namespace {
 
 constexpr int kPartBits = 11;
-constexpr std::uint32_t kOne = 1U << kPartBits;
-constexpr int kShift = 2 * kPartBits;
-constexpr std::uint32_t kHalf = 1U << (kShift - 1);
+constexpr std::int32_t kOne = 1 << kPartBits;
+constexpr std::int32_t kNoSource = -1;
 constexpr int kPart = 64;  // pixels of a row that are drawn together
+
+/// Sources of a part of a row, in 1/2048 px.
+struct Sources {
+  std::array<std::int32_t, kPart> x;
+  std::array<std::int32_t, kPart> y;
+};
+
+/// Where to read: the upper left of four neighbours, and the weights of the right and lower ones.
+struct Taps {
+  std::array<std::int32_t, kPart> at;  // bytes from the first pixel
+  std::array<std::int32_t, kPart> right;
+  std::array<std::int32_t, kPart> below;
+};
+
+/// The neighbours of a source at the right or lower border lie inside the image. Pixels without a
+/// source read the first pixel.
+CEILMAP_HOT void MakeTaps(const std::int32_t* x,
+                          const std::int32_t* y,
+                          int count,
+                          const cv::Mat& raw,
+                          int pixel_bytes,
+                          Taps& taps) {
+  const auto step = static_cast<std::int32_t>(raw.step[0]);
+  const std::int32_t last_column = raw.cols - 2;
+  const std::int32_t last_row = raw.rows - 2;
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t left = std::max(x[i], 0);
+    const std::int32_t column = std::min(left >> kPartBits, last_column);
+    const std::int32_t row = std::min(y[i] >> kPartBits, last_row);
+    taps.at[i] = row * step + column * pixel_bytes;
+    taps.right[i] = left - (column << kPartBits);
+    taps.below[i] = y[i] - (row << kPartBits);
+  }
+}
+
+std::int32_t Interpolate(std::int32_t from, std::int32_t to, std::int32_t weight) {
+  return (from << kPartBits) + (to - from) * weight;
+}
+
+std::int32_t Rounded(std::int32_t grey) {
+  constexpr int kShift = 2 * kPartBits;
+  return (grey + (1 << (kShift - 1))) >> kShift;
+}
+
+/// In parts: first the neighbours, then the arithmetic, which the compiler vectorizes.
+CEILMAP_HOT void GatherGrey(
+    const cv::Mat& raw, const std::int32_t* x, const Taps& taps, int count, std::uint8_t* out) {
+  constexpr std::uint32_t kByte = 255;
+  std::array<std::uint16_t, kPart> upper;  // left and right neighbour
+  std::array<std::uint16_t, kPart> lower;
+  const std::size_t step = raw.step[0];
+  const std::uint8_t* const pixels = raw.data;
+  for (int i = 0; i < count; ++i) {
+    const std::uint8_t* p = pixels + taps.at[i];
+    upper[i] = static_cast<std::uint16_t>(p[0] | static_cast<std::uint32_t>(p[1]) << 8U);
+    lower[i] = static_cast<std::uint16_t>(p[step] | static_cast<std::uint32_t>(p[step + 1]) << 8U);
+  }
+  for (int i = 0; i < count; ++i) {
+    const auto above = Interpolate(upper[i] & kByte, upper[i] >> 8U, taps.right[i]);
+    const auto under = Interpolate(lower[i] & kByte, lower[i] >> 8U, taps.right[i]);
+    const std::int32_t grey = Rounded(Interpolate(above, under, taps.below[i]));
+    out[i] = static_cast<std::uint8_t>(x[i] < 0 ? 0 : grey);
+  }
+}
+
+/// Sources of `count` pixels of the result from `first` on, displaced. Along a row the shift is
+/// linear between two nodes.
+CEILMAP_HOT void ShiftSources(const SourceShift& shift,
+                              cv::Size raw,
+                              cv::Point first,
+                              const std::int32_t* x,
+                              const std::int32_t* y,
+                              int count,
+                              Sources& shifted) {
+  constexpr int kSpacing = SourceShift::kSpacingPx;
+  static_assert(kPart % kSpacing == 0);
+  const int row = first.y / kSpacing;
+  const float below = static_cast<float>(first.y % kSpacing) / kSpacing;
+  const auto node = [&](int column) -> cv::Vec2f {
+    return (shift.nodes(row, column) * (1 - below) + shift.nodes(row + 1, column) * below) *
+           static_cast<float>(kOne);
+  };
+  const auto right = static_cast<float>((raw.width - 1) * kOne);
+  const auto bottom = static_cast<float>((raw.height - 1) * kOne);
+  constexpr float kHalfUnit = 0.5F;  // truncated below, which rounds
+  for (int i = 0; i < count; i += kSpacing) {
+    const cv::Vec2f from = node((first.x + i) / kSpacing);
+    const cv::Vec2f step = (node((first.x + i) / kSpacing + 1) - from) * (1.0F / kSpacing);
+    for (int k = 0; k < std::min(kSpacing, count - i); ++k) {
+      const auto part = static_cast<float>(k);
+      const float at_x = static_cast<float>(x[i + k]) + from[0] + part * step[0] + kHalfUnit;
+      const float at_y = static_cast<float>(y[i + k]) + from[1] + part * step[1] + kHalfUnit;
+      shifted.x[i + k] =
+          x[i + k] < 0 ? kNoSource : static_cast<std::int32_t>(std::clamp(at_x, 0.0F, right));
+      shifted.y[i + k] = static_cast<std::int32_t>(std::clamp(at_y, 0.0F, bottom));
+    }
+  }
+}
 
 }  // namespace
 
-RemapTable::Tap RemapTable::MakeTap(cv::Point2d at, cv::Size raw) {
-  constexpr double kRounding = 0.5 / kOne;  // rounding may place a border pixel outside the image
-  const double right = raw.width - 1;
-  const double bottom = raw.height - 1;
-  if (!(at.x >= -kRounding && at.x <= right + kRounding && at.y >= -kRounding &&
-        at.y <= bottom + kRounding)) {
-    return {};
-  }
-  const double x = std::clamp(at.x, 0.0, right);
-  const double y = std::clamp(at.y, 0.0, bottom);
-  const double x0 = std::min(std::floor(x), right - 1);
-  const double y0 = std::min(std::floor(y), bottom - 1);
-  return {static_cast<std::int16_t>(x0),
-          static_cast<std::int16_t>(y0),
-          static_cast<std::uint16_t>(std::lround((x - x0) * kOne)),
-          static_cast<std::uint16_t>(std::lround((y - y0) * kOne))};
-}
-
 RemapTable::RemapTable(cv::Size raw, cv::Size result, const Source& source)
     : raw_size_(raw), size_(result) {
-  taps_.reserve(static_cast<std::size_t>(result.area()));
+  constexpr double kRounding = 0.5 / kOne;  // rounding may place a border pixel outside the image
+  const auto inside = [](double at, int size) {
+    return at >= -kRounding && at <= size - 1 + kRounding;
+  };
+  const auto count = static_cast<std::size_t>(result.area());
+  x_.assign(count, kNoSource);
+  y_.assign(count, 0);
+  std::size_t index = 0;
   for (int v = 0; v < result.height; ++v) {
-    for (int u = 0; u < result.width; ++u) {
+    for (int u = 0; u < result.width; ++u, ++index) {
       const std::optional<cv::Point2d> at = source(u, v);
-      taps_.push_back(at ? MakeTap(*at, raw) : Tap{});
+      if (!at || !inside(at->x, raw.width) || !inside(at->y, raw.height)) continue;
+      x_[index] =
+          static_cast<std::int32_t>(std::lround(std::clamp(at->x, 0.0, raw.width - 1.0) * kOne));
+      y_[index] =
+          static_cast<std::int32_t>(std::lround(std::clamp(at->y, 0.0, raw.height - 1.0) * kOne));
     }
   }
 }
 
 cv::Mat RemapTable::Mask() const {
   cv::Mat mask(size_, CV_8UC1);
-  std::transform(taps_.begin(), taps_.end(), mask.begin<std::uint8_t>(), [](const Tap& tap) {
-    return static_cast<std::uint8_t>(tap.x < 0 ? 0 : 255);
+  std::transform(x_.begin(), x_.end(), mask.begin<std::uint8_t>(), [](std::int32_t x) {
+    return static_cast<std::uint8_t>(x < 0 ? 0 : 255);
   });
   return mask;
 }
@@ -59,15 +149,9 @@ void RemapTable::Apply(const cv::Mat& raw, cv::Mat& result) const {
   result.create(size_, raw.type());
   CV_Assert(result.data != raw.data);
   if (raw.channels() == 3) {
-    GatherColour(raw, result);
-    return;
-  }
-  for (int v = 0; v < size_.height; ++v) {
-    const Tap* taps = taps_.data() + static_cast<std::ptrdiff_t>(v) * size_.width;
-    auto* out = result.ptr<std::uint8_t>(v);
-    for (int u = 0; u < size_.width; u += kPart) {
-      GatherGrey(raw, taps + u, std::min(kPart, size_.width - u), out + u);
-    }
+    FillColour(raw, result);
+  } else {
+    FillGrey(raw, nullptr, result);
   }
 }
 
@@ -76,103 +160,52 @@ void RemapTable::Apply(const cv::Mat& raw, const SourceShift& shift, cv::Mat& re
   CV_Assert(shift.nodes.size() == SourceShift::NodesFor(size_));
   result.create(size_, CV_8UC1);
   CV_Assert(result.data != raw.data);
-  std::array<Tap, kPart> shifted;
+  FillGrey(raw, &shift, result);
+}
+
+void RemapTable::FillGrey(const cv::Mat& raw, const SourceShift* shift, cv::Mat& result) const {
+  Sources shifted;
+  Taps taps;
   for (int v = 0; v < size_.height; ++v) {
     auto* out = result.ptr<std::uint8_t>(v);
     for (int u = 0; u < size_.width; u += kPart) {
       const int count = std::min(kPart, size_.width - u);
-      ShiftTaps(shift, {u, v}, count, shifted.data());
-      GatherGrey(raw, shifted.data(), count, out + u);
+      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(v) * size_.width + u;
+      const std::int32_t* x = x_.data() + first;
+      const std::int32_t* y = y_.data() + first;
+      if (shift != nullptr) {
+        ShiftSources(*shift, raw_size_, {u, v}, x, y, count, shifted);
+        x = shifted.x.data();
+        y = shifted.y.data();
+      }
+      MakeTaps(x, y, count, raw, 1, taps);
+      GatherGrey(raw, x, taps, count, out + u);
     }
   }
 }
 
-/// Along a row the shift is linear between two nodes.
-CEILMAP_HOT void RemapTable::ShiftTaps(const SourceShift& shift,
-                                       cv::Point first,
-                                       int count,
-                                       Tap* shifted) const {
-  constexpr int kSpacing = SourceShift::kSpacingPx;
-  static_assert(kPart % kSpacing == 0);
-  const Tap* taps = taps_.data() + static_cast<std::ptrdiff_t>(first.y) * size_.width + first.x;
-  const int row = first.y / kSpacing;
-  const float below = static_cast<float>(first.y % kSpacing) / kSpacing;
-  const auto node = [&](int column) -> cv::Vec2f {
-    return (shift.nodes(row, column) * (1 - below) + shift.nodes(row + 1, column) * below) *
-           static_cast<float>(kOne);
-  };
-  const auto right = static_cast<float>((raw_size_.width - 1) * static_cast<int>(kOne));
-  const auto bottom = static_cast<float>((raw_size_.height - 1) * static_cast<int>(kOne));
-  constexpr float kHalfUnit = 0.5F;
-  for (int i = 0; i < count; i += kSpacing) {
-    const cv::Vec2f from = node((first.x + i) / kSpacing);
-    const cv::Vec2f step = (node((first.x + i) / kSpacing + 1) - from) * (1.0F / kSpacing);
-    for (int k = 0; k < std::min(kSpacing, count - i); ++k) {
-      const Tap& tap = taps[i + k];
-      const auto part = static_cast<float>(k);
-      const auto at_x = static_cast<float>((tap.x << kPartBits) + tap.x_weight);
-      const auto at_y = static_cast<float>((tap.y << kPartBits) + tap.y_weight);
-      // Truncated below, which rounds them.
-      const float x = std::clamp(at_x + from[0] + part * step[0] + kHalfUnit, 0.0F, right - 1);
-      const float y = std::clamp(at_y + from[1] + part * step[1] + kHalfUnit, 0.0F, bottom - 1);
-      const int xi = static_cast<int>(x);
-      const int yi = static_cast<int>(y);
-      constexpr int kWeights = static_cast<int>(kOne) - 1;
-      shifted[i + k] = {static_cast<std::int16_t>(tap.x < 0 ? -1 : xi >> kPartBits),
-                        static_cast<std::int16_t>(yi >> kPartBits),
-                        static_cast<std::uint16_t>(xi & kWeights),
-                        static_cast<std::uint16_t>(yi & kWeights)};
-    }
-  }
-}
-
-/// In parts: first the neighbours, then the arithmetic, which the compiler vectorizes.
-CEILMAP_HOT void RemapTable::GatherGrey(const cv::Mat& raw,
-                                        const Tap* taps,
-                                        int count,
-                                        std::uint8_t* out) {
-  std::array<std::uint32_t, kPart> upper;  // left and right neighbour, in the low bytes
-  std::array<std::uint32_t, kPart> lower;
-  const std::size_t step = raw.step[0];
-  const std::uint8_t* const pixels = raw.data;
-  for (int i = 0; i < count; ++i) {
-    const Tap& tap = taps[i];
-    const std::size_t at =
-        tap.x < 0 ? 0 : static_cast<std::size_t>(tap.y) * step + static_cast<std::size_t>(tap.x);
-    const std::uint8_t* p = pixels + at;
-    upper[i] = p[0] | static_cast<std::uint32_t>(p[1]) << 8U;
-    lower[i] = p[step] | static_cast<std::uint32_t>(p[step + 1]) << 8U;
-  }
-  for (int i = 0; i < count; ++i) {
-    const std::uint32_t right = taps[i].x_weight;
-    const std::uint32_t below = taps[i].y_weight;
-    const std::uint32_t above = (upper[i] & 255U) * (kOne - right) + (upper[i] >> 8U) * right;
-    const std::uint32_t under = (lower[i] & 255U) * (kOne - right) + (lower[i] >> 8U) * right;
-    const std::uint32_t grey = (above * (kOne - below) + under * below + kHalf) >> kShift;
-    out[i] = static_cast<std::uint8_t>(taps[i].x < 0 ? 0 : grey);
-  }
-}
-
-void RemapTable::GatherColour(const cv::Mat& raw, cv::Mat& result) const {
+void RemapTable::FillColour(const cv::Mat& raw, cv::Mat& result) const {
   constexpr int kChannels = 3;
   const std::size_t step = raw.step[0];
-  const Tap* tap = taps_.data();
+  Taps taps;
   for (int v = 0; v < size_.height; ++v) {
     auto* out = result.ptr<std::uint8_t>(v);
-    for (int u = 0; u < size_.width; ++u, ++tap, out += kChannels) {
-      if (tap->x < 0) {
+    for (int u = 0; u < size_.width; ++u, out += kChannels) {
+      const std::ptrdiff_t index = static_cast<std::ptrdiff_t>(v) * size_.width + u;
+      if (u % kPart == 0) {
+        const int count = std::min(kPart, size_.width - u);
+        MakeTaps(x_.data() + index, y_.data() + index, count, raw, kChannels, taps);
+      }
+      if (x_[index] < 0) {
         std::fill_n(out, kChannels, std::uint8_t{0});
         continue;
       }
-      const std::uint8_t* p = raw.data + static_cast<std::size_t>(tap->y) * step +
-                              static_cast<std::size_t>(tap->x) * kChannels;
-      const std::uint32_t right = tap->x_weight;
-      const std::uint32_t below = tap->y_weight;
+      const int i = u % kPart;
+      const std::uint8_t* p = raw.data + taps.at[i];
       for (int c = 0; c < kChannels; ++c, ++p) {
-        const std::uint32_t upper = p[0] * (kOne - right) + p[kChannels] * right;
-        const std::uint32_t lower = p[step] * (kOne - right) + p[step + kChannels] * right;
-        out[c] =
-            static_cast<std::uint8_t>((upper * (kOne - below) + lower * below + kHalf) >> kShift);
+        const auto above = Interpolate(p[0], p[kChannels], taps.right[i]);
+        const auto under = Interpolate(p[step], p[step + kChannels], taps.right[i]);
+        out[c] = static_cast<std::uint8_t>(Rounded(Interpolate(above, under, taps.below[i])));
       }
     }
   }
