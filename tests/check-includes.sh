@@ -9,6 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 # Lowest first: a row may only name rows above it.
 rows=(
   "calib/base:"
+  "calib/wheels: calib/base"
   "calib: calib/base"
   "calib/solve: calib calib/base"
   "mapping/heights: calib/base"

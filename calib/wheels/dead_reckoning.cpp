@@ -1,0 +1,187 @@
+#include "calib/wheels/dead_reckoning.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/base/error.hpp"
+
+namespace ceilmap::wheels {
+namespace {
+
+constexpr double kMaxGapS = 0.5;    // between samples
+constexpr double kMaxHoldS = 0.15;  // after the last sample
+constexpr double kKeptS = 120;
+// Noise across the direction of travel, as a part of that along it: wheels slip little sideways.
+constexpr double kAcrossRatio = 0.5;
+
+void CheckStamp(const char* sensor, double stamp_s, std::optional<double> before_s) {
+  if (!std::isfinite(stamp_s)) {
+    throw InputError(fmt::format("{}: a time is not finite", sensor));
+  }
+  if (before_s && !(stamp_s > *before_s)) {
+    throw InputError(fmt::format("{}: time {} s is not later than that of the sample before, {} s",
+                                 sensor,
+                                 stamp_s,
+                                 *before_s));
+  }
+}
+
+template <typename Sample>
+std::optional<double> LastStamp(const std::deque<Sample>& samples) {
+  if (samples.empty()) return std::nullopt;
+  return samples.back().stamp_s;
+}
+
+template <typename Sample>
+void DropOld(std::deque<Sample>& samples) {
+  while (samples.back().stamp_s - samples.front().stamp_s > kKeptS) samples.pop_front();
+}
+
+/// The first sample that is later than a time.
+template <typename Sample>
+auto FirstAfter(const std::deque<Sample>& samples, double stamp_s) {
+  return std::upper_bound(
+      samples.begin(), samples.end(), stamp_s, [](double stamp, const Sample& sample) {
+        return stamp < sample.stamp_s;
+      });
+}
+
+}  // namespace
+
+DeadReckoning::DeadReckoning(const WheelModel& model) {
+  SetModel(model);
+}
+
+void DeadReckoning::SetModel(const WheelModel& model) {
+  model.Validate();
+  model_ = model;
+}
+
+void DeadReckoning::Add(const OdometrySample& sample) {
+  if (speeds_.value_or(false)) throw InputError("odometry: poses and speeds cannot be mixed");
+  const Pose2& T = sample.T_odom_base;
+  if (!std::isfinite(T.x + T.y + T.yaw)) {
+    throw InputError(fmt::format("odometry: the pose at {} s is not finite", sample.stamp_s));
+  }
+  CheckStamp("odometry", sample.stamp_s, LastStamp(wheels_));
+  speeds_ = false;
+  wheels_.push_back(sample);
+  ++samples_;
+  DropOld(wheels_);
+}
+
+void DeadReckoning::Add(const WheelSpeedSample& sample) {
+  if (!speeds_.value_or(true)) throw InputError("odometry: poses and speeds cannot be mixed");
+  const Twist2& v = sample.velocity;
+  if (!v.linear_m_s.allFinite() || !std::isfinite(v.yaw_rad_s)) {
+    throw InputError(fmt::format("odometry: the speed at {} s is not finite", sample.stamp_s));
+  }
+  CheckStamp("odometry", sample.stamp_s, LastStamp(wheels_));
+  speeds_ = true;
+  OdometrySample pose{sample.stamp_s, {}};
+  if (!wheels_.empty()) {
+    const OdometrySample& before = wheels_.back();
+    pose.T_odom_base = before.T_odom_base * v.Over(sample.stamp_s - before.stamp_s);
+  }
+  wheels_.push_back(pose);
+  ++samples_;
+  DropOld(wheels_);
+}
+
+void DeadReckoning::Add(const GyroSample& sample) {
+  if (!std::isfinite(sample.yaw_rate_rad_s)) {
+    throw InputError(fmt::format("gyro: the turn rate at {} s is not finite", sample.stamp_s));
+  }
+  CheckStamp("gyro", sample.stamp_s, LastStamp(gyro_));
+  Turned turned{sample.stamp_s, sample.yaw_rate_rad_s, 0};
+  if (!gyro_.empty()) {
+    const Turned& before = gyro_.back();
+    turned.yaw_rad = before.yaw_rad + 0.5 * (before.rate_rad_s + turned.rate_rad_s) *
+                                          (turned.stamp_s - before.stamp_s);
+  }
+  gyro_.push_back(turned);
+  DropOld(gyro_);
+}
+
+/// Integral of the rate up to a time, linear between the samples.
+std::optional<double> DeadReckoning::GyroYaw(double stamp_s) const {
+  const auto after = FirstAfter(gyro_, stamp_s);
+  if (after == gyro_.begin()) return std::nullopt;
+  const Turned& before = *std::prev(after);
+  const double elapsed_s = stamp_s - before.stamp_s;
+  double rate_rad_s = before.rate_rad_s;  // in the middle of the time since `before`
+  if (after == gyro_.end()) {
+    if (elapsed_s > kMaxHoldS) return std::nullopt;
+  } else {
+    const double gap_s = after->stamp_s - before.stamp_s;
+    if (gap_s > kMaxGapS) return std::nullopt;
+    rate_rad_s += 0.5 * (after->rate_rad_s - before.rate_rad_s) * elapsed_s / gap_s;
+  }
+  return before.yaw_rad + rate_rad_s * elapsed_s;
+}
+
+std::optional<double> DeadReckoning::GyroTurn(double from_s, double to_s) const {
+  if (gyro_.empty()) return std::nullopt;
+  const std::optional<double> from = GyroYaw(from_s);
+  const std::optional<double> to = GyroYaw(to_s);
+  if (!from || !to) return std::nullopt;
+  return *to - *from - model_.gyro_bias_rad_s.value * (to_s - from_s);
+}
+
+/// A step of constant velocity with its errors. The true step lies along the chord that is turned
+/// by half the turn.
+RelativeMotion DeadReckoning::Step(const Pose2& reported, double from_s, double to_s) const {
+  const double elapsed_s = to_s - from_s;
+  const Eigen::Vector2d ahead =
+      model_.scale.value * (Pose2{0, 0, -reported.yaw / 2}.Rotation() *
+                            reported.Translation());  // in the axes at the step's middle
+  const std::optional<double> by_gyro = GyroTurn(from_s, to_s);
+  const double turn = by_gyro.value_or(model_.turn_scale.value * reported.yaw);
+  const Eigen::Matrix2d R = Pose2{0, 0, turn / 2}.Rotation();
+  const Eigen::Vector2d step = R * ahead;
+  RelativeMotion motion;
+  motion.T_before_now = {step.x(), step.y(), WrapAngle(turn)};
+  const double length = ahead.norm();
+  const double along2 = model_.travel_noise_per_sqrt_m * model_.travel_noise_per_sqrt_m * length;
+  if (length > 0) {
+    const Eigen::Vector2d direction = step / length;
+    const double across2 = kAcrossRatio * kAcrossRatio * along2;
+    motion.noise.topLeftCorner<2, 2>() = across2 * Eigen::Matrix2d::Identity() +
+                                         (along2 - across2) * direction * direction.transpose();
+  }
+  const auto squared = [](double noise, double amount) { return noise * noise * amount; };
+  motion.noise(2, 2) = by_gyro ? squared(model_.gyro_noise_per_sqrt_s, elapsed_s)
+                               : squared(model_.yaw_noise_per_sqrt_m, length) +
+                                     squared(model_.yaw_noise_per_sqrt_rad, std::abs(turn));
+  motion.common.col(0) << step / model_.scale.value * model_.scale.sigma, 0;
+  const double turn_error =
+      by_gyro ? model_.gyro_bias_rad_s.sigma * elapsed_s : model_.turn_scale.sigma * reported.yaw;
+  motion.common.col(1) << 0.5 * turn_error * Eigen::Vector2d(-step.y(), step.x()), turn_error;
+  return motion;
+}
+
+std::optional<RelativeMotion> DeadReckoning::Between(double from_s, double to_s) const {
+  const double end_s = to_s + model_.late_s.value;
+  double at_s = from_s + model_.late_s.value;
+  auto next = FirstAfter(wheels_, at_s);
+  if (next == wheels_.begin() || wheels_.size() < 2) return std::nullopt;
+  RelativeMotion motion;
+  while (at_s < end_s) {
+    // The step that contains `at_s`; after the last sample the last step goes on.
+    const bool held = next == wheels_.end();
+    const OdometrySample& after = held ? wheels_.back() : *next;
+    const OdometrySample& before = held ? *std::prev(next, 2) : *std::prev(next);
+    const double gap_s = after.stamp_s - before.stamp_s;
+    if (gap_s > kMaxGapS || (held && end_s - after.stamp_s > kMaxHoldS)) return std::nullopt;
+    const double until_s = held ? end_s : std::min(end_s, after.stamp_s);
+    const Pose2 whole = before.T_odom_base.Inverse() * after.T_odom_base;
+    motion = motion * Step(Interpolate(whole, (until_s - at_s) / gap_s), at_s, until_s);
+    at_s = until_s;
+    if (!held) ++next;
+  }
+  return motion;
+}
+
+}  // namespace ceilmap::wheels

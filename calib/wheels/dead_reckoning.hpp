@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "calib/base/twist2.hpp"
+#include "calib/wheels/relative_motion.hpp"
+#include "calib/wheels/wheel_model.hpp"
+
+namespace ceilmap::wheels {
+
+/// A pose of the robot in a frame of its wheels' own, which drifts.
+struct OdometrySample {
+  double stamp_s = 0;
+  Pose2 T_odom_base;
+};
+
+/// Speed of the robot as the wheels measure it.
+struct WheelSpeedSample {
+  double stamp_s = 0;
+  Twist2 velocity;  ///< mean since the sample before
+};
+
+struct GyroSample {
+  double stamp_s = 0;
+  double yaw_rate_rad_s = 0;  ///< counter-clockwise seen from above
+};
+
+/// The robot's motion between any two times, by its wheels, and by a gyro where there is one: the
+/// travel is that of the wheels, the turn that of the gyro.
+///
+/// Wheels and gyro may have any rates. Between samples the velocity is constant; after the last one
+/// it is held for a moment, because the next sample may come later than the image. Samples of the
+/// last two minutes are kept. Not thread-safe.
+class DeadReckoning {
+ public:
+  /// @throws InputError on an invalid model.
+  explicit DeadReckoning(const WheelModel& model = {});
+
+  /// @throws InputError on a sample that is not finite, or not later than the one before, and when
+  ///   poses and speeds are mixed.
+  void Add(const OdometrySample& sample);
+  void Add(const WheelSpeedSample& sample);
+  void Add(const GyroSample& sample);
+
+  [[nodiscard]] const WheelModel& Model() const { return model_; }
+  /// Takes better values of the constants. @throws InputError on an invalid model.
+  void SetModel(const WheelModel& model);
+
+  /// @param from_s, to_s  in the clock of the images, from_s <= to_s.
+  /// @return nothing where the wheels have a gap of more than half a second.
+  [[nodiscard]] std::optional<RelativeMotion> Between(double from_s, double to_s) const;
+
+  [[nodiscard]] bool HasGyro() const { return !gyro_.empty(); }
+  [[nodiscard]] std::int64_t Samples() const { return samples_; }  ///< of the wheels
+
+ private:
+  struct Turned {  // by the gyro
+    double stamp_s = 0;
+    double rate_rad_s = 0;
+    double yaw_rad = 0;  // since the first sample, not wrapped, with the bias
+  };
+  [[nodiscard]] std::optional<double> GyroTurn(double from_s, double to_s) const;
+  [[nodiscard]] std::optional<double> GyroYaw(double stamp_s) const;
+  [[nodiscard]] RelativeMotion Step(const Pose2& reported, double from_s, double to_s) const;
+
+  WheelModel model_;
+  std::deque<OdometrySample> wheels_;
+  std::deque<Turned> gyro_;
+  std::optional<bool> speeds_;  // whether speeds are added, or poses
+  std::int64_t samples_ = 0;
+};
+
+}  // namespace ceilmap::wheels

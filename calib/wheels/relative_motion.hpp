@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "calib/base/pose_with_covariance.hpp"
+
+namespace ceilmap::wheels {
+
+/// A motion of the robot as its wheels and gyro tell it: T_before_now, and its errors. Independent
+/// errors of the steps add up as variances. Errors that all steps have in common, of the scale and
+/// of the turn, add up as lengths.
+struct RelativeMotion {
+  Pose2 T_before_now;
+  /// Covariance of (x, y, yaw) by noise, in the axes of `before`.
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  /// Errors of (x, y, yaw) for one standard deviation of the scale, and of the turn scale or the
+  /// gyro's bias.
+  Eigen::Matrix<double, 3, 2> common = Eigen::Matrix<double, 3, 2>::Zero();
+
+  /// Of both.
+  [[nodiscard]] Eigen::Matrix3d Covariance() const { return noise + common * common.transpose(); }
+  /// Where the robot is after this motion from a pose whose errors are independent of it.
+  [[nodiscard]] PoseWithCovariance From(const PoseWithCovariance& before) const;
+};
+
+/// The motion a, then b.
+RelativeMotion operator*(const RelativeMotion& a, const RelativeMotion& b);
+
+}  // namespace ceilmap::wheels

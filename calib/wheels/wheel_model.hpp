@@ -1,0 +1,39 @@
+#pragma once
+
+#include <numbers>
+
+namespace ceilmap::wheels {
+
+/// A constant of the sensors that is not known exactly.
+struct Uncertain {
+  double value = 0;
+  double sigma = 0;  ///< standard deviation, >= 0
+};
+
+/// Errors of wheel odometry and of a gyro: those that stay the same, with their standard
+/// deviations, and the noise. The defaults suit a differential drive whose constants were measured
+/// with a ruler.
+struct WheelModel {
+  /// True travel / travel reported by the wheels: 1 + error of the wheels' diameter.
+  Uncertain scale{1, 0.03};
+  /// True turn / turn reported by the wheels: reported / true track width.
+  Uncertain turn_scale{1, 0.05};
+  /// Reported by a gyro at rest, rad/s, counter-clockwise.
+  Uncertain gyro_bias_rad_s{0, 0.01};
+  /// How much the stamps of wheels and gyro are later than those of the images, s.
+  Uncertain late_s{0, 0.02};
+
+  /// Noise of the travel after one metre, m; it grows with the square root of the travel.
+  double travel_noise_per_sqrt_m = 0.01;
+  /// The same of the yaw by the wheels, rad, over travel ...
+  double yaw_noise_per_sqrt_m = 2 * std::numbers::pi / 180;
+  /// ... and over turns.
+  double yaw_noise_per_sqrt_rad = 0.02;
+  /// Noise of the yaw by a gyro after one second, rad; it grows with the square root of the time.
+  double gyro_noise_per_sqrt_s = 0.001;
+
+  /// @throws InputError naming field, value and range.
+  void Validate() const;
+};
+
+}  // namespace ceilmap::wheels

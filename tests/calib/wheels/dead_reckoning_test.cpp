@@ -1,0 +1,154 @@
+#include "calib/wheels/dead_reckoning.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "calib/base/error.hpp"
+
+namespace ceilmap::wheels {
+namespace {
+
+/// A robot on a circle.
+constexpr double kSpeed = 0.8;     // m/s
+constexpr double kTurnRate = 0.5;  // rad/s
+
+Pose2 OnCircle(double stamp_s) {
+  return Pose2{kSpeed / kTurnRate * std::sin(kTurnRate * stamp_s),
+               kSpeed / kTurnRate * (1 - std::cos(kTurnRate * stamp_s)),
+               WrapAngle(kTurnRate * stamp_s)};
+}
+
+WheelModel Exact() {
+  WheelModel model;
+  model.scale.sigma = 0;
+  model.turn_scale.sigma = 0;
+  model.gyro_bias_rad_s.sigma = 0;
+  return model;
+}
+
+void ExpectNear(const Pose2& a, const Pose2& b, double tolerance) {
+  EXPECT_NEAR(a.x, b.x, tolerance);
+  EXPECT_NEAR(a.y, b.y, tolerance);
+  EXPECT_NEAR(WrapAngle(a.yaw - b.yaw), 0, tolerance);
+}
+
+TEST(DeadReckoning, FollowsACircleBetweenSamples) {
+  DeadReckoning wheels(Exact());
+  for (int i = 0; i <= 40; ++i) wheels.Add(OdometrySample{0.05 * i, OnCircle(0.05 * i)});
+  const auto motion = wheels.Between(0.313, 1.731);
+  ASSERT_TRUE(motion);
+  ExpectNear(motion->T_before_now, OnCircle(0.313).Inverse() * OnCircle(1.731), 2e-4);
+}
+
+TEST(DeadReckoning, IntegratesSpeeds) {
+  DeadReckoning wheels(Exact());
+  for (int i = 0; i <= 200; ++i) {
+    wheels.Add(WheelSpeedSample{0.01 * i, {{kSpeed, 0}, kTurnRate}});
+  }
+  const auto motion = wheels.Between(0.5, 1.5);
+  ASSERT_TRUE(motion);
+  ExpectNear(motion->T_before_now, OnCircle(0.5).Inverse() * OnCircle(1.5), 1e-4);
+}
+
+TEST(DeadReckoning, CorrectsScaleTurnAndClock) {
+  WheelModel model = Exact();
+  model.scale.value = 1.02;
+  model.turn_scale.value = 0.95;
+  model.late_s.value = 0.1;
+  DeadReckoning wheels(model);
+  // What wheels report that are 2 % too large in their own opinion, and whose clock is late.
+  const Twist2 reported{{kSpeed / 1.02, 0}, kTurnRate / 0.95};
+  Pose2 pose;
+  for (int i = 0; i <= 200; ++i) {
+    wheels.Add(OdometrySample{0.02 * i + 0.1, pose});
+    pose = pose * reported.Over(0.02);
+  }
+  const auto motion = wheels.Between(1, 3);
+  ASSERT_TRUE(motion);
+  ExpectNear(motion->T_before_now, OnCircle(1).Inverse() * OnCircle(3), 1e-3);
+}
+
+TEST(DeadReckoning, TheGyroGivesTheTurn) {
+  WheelModel model = Exact();
+  model.gyro_bias_rad_s.value = 0.03;
+  DeadReckoning wheels(model);
+  // Wheels that slip while turning: they report twice the turn.
+  for (int i = 0; i <= 100; ++i) {
+    wheels.Add(WheelSpeedSample{0.02 * i, {{kSpeed, 0}, 2 * kTurnRate}});
+  }
+  for (int i = 0; i <= 200; ++i) wheels.Add(GyroSample{0.01 * i, kTurnRate + 0.03});
+  const auto motion = wheels.Between(0.25, 1.75);
+  ASSERT_TRUE(motion);
+  ExpectNear(motion->T_before_now, OnCircle(0.25).Inverse() * OnCircle(1.75), 1e-3);
+}
+
+TEST(DeadReckoning, TellsNothingAcrossAGap) {
+  DeadReckoning wheels;
+  EXPECT_FALSE(wheels.Between(0, 1));
+  for (int i = 0; i <= 50; ++i) wheels.Add(OdometrySample{0.02 * i, OnCircle(0.02 * i)});
+  for (int i = 0; i <= 50; ++i) wheels.Add(OdometrySample{0.02 * i + 2, OnCircle(0.02 * i)});
+  EXPECT_TRUE(wheels.Between(0.1, 0.9));
+  EXPECT_FALSE(wheels.Between(0.9, 2.1));
+  EXPECT_TRUE(wheels.Between(2.1, 3.1));   // held for a moment
+  EXPECT_FALSE(wheels.Between(2.1, 3.3));  // not longer
+  EXPECT_FALSE(wheels.Between(-0.1, 0.5));
+}
+
+TEST(DeadReckoning, RefusesWhatCannotBe) {
+  DeadReckoning wheels;
+  wheels.Add(OdometrySample{1, {}});
+  EXPECT_THROW(wheels.Add(OdometrySample{1, {}}), InputError);
+  EXPECT_THROW(wheels.Add(OdometrySample{2, {NAN, 0, 0}}), InputError);
+  EXPECT_THROW(wheels.Add(WheelSpeedSample{2, {}}), InputError);
+  EXPECT_THROW(wheels.Add(GyroSample{1, INFINITY}), InputError);
+  WheelModel model;
+  model.scale.value = 0;
+  EXPECT_THROW(wheels.SetModel(model), InputError);
+}
+
+/// Simulated wheels: the errors of many drives agree with the covariance that is stated.
+TEST(DeadReckoning, StatesItsErrors) {
+  WheelModel model;
+  model.scale.sigma = 0.02;
+  model.turn_scale.sigma = 0.05;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  constexpr int kDrives = 400;
+  constexpr double kStepS = 0.02;
+  constexpr int kSteps = 150;
+  Pose2 truth;
+  for (int i = 0; i < kSteps; ++i) truth = truth * OnCircle(kStepS);
+  double nees = 0;
+  for (int drive = 0; drive < kDrives; ++drive) {
+    const double scale = 1 + model.scale.sigma * normal(random);
+    const double turn = 1 + model.turn_scale.sigma * normal(random);
+    const double length = kSpeed * kStepS;
+    DeadReckoning wheels(model);
+    Pose2 pose;
+    for (int i = 0; i <= kSteps; ++i) {
+      wheels.Add(OdometrySample{kStepS * i, pose});
+      const double noise = model.travel_noise_per_sqrt_m * std::sqrt(length) * normal(random);
+      const double yaw_noise =
+          std::hypot(model.yaw_noise_per_sqrt_m * std::sqrt(length),
+                     model.yaw_noise_per_sqrt_rad * std::sqrt(kTurnRate * kStepS)) *
+          normal(random);
+      const Twist2 reported{{(length + noise) / scale / kStepS, 0},
+                            (kTurnRate * kStepS + yaw_noise) / turn / kStepS};
+      pose = pose * reported.Over(kStepS);
+    }
+    const auto motion = wheels.Between(0, kStepS * kSteps);
+    ASSERT_TRUE(motion);
+    const Pose2& T = motion->T_before_now;
+    const Eigen::Vector3d error(T.x - truth.x, T.y - truth.y, WrapAngle(T.yaw - truth.yaw));
+    nees += error.dot(motion->Covariance().inverse() * error) / kDrives;
+  }
+  // The travel's noise across is stated, but wheels that roll have none.
+  EXPECT_GT(nees, 1.5);
+  EXPECT_LT(nees, 3.5);
+}
+
+}  // namespace
+}  // namespace ceilmap::wheels
