@@ -1,5 +1,6 @@
 #include "localization/global_search.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -15,6 +16,28 @@ constexpr double kTurnNoiseWhenLost = 1.0;
 // A robot moves on as before for at most this number of frames, each after at most this time.
 constexpr int kMaxPredicted = 5;
 constexpr double kMaxStepS = 0.3;
+
+constexpr double kSigmas = 4;
+constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
+
+/// Mean of two independent estimates.
+PoseWithCovariance Fused(const PoseWithCovariance& a, const PoseWithCovariance& b) {
+  const Eigen::Matrix3d gain = (a.covariance + b.covariance).ldlt().solve(a.covariance).transpose();
+  const Eigen::Vector3d step =
+      gain *
+      Eigen::Vector3d(b.pose.x - a.pose.x, b.pose.y - a.pose.y, WrapAngle(b.pose.yaw - a.pose.yaw));
+  return {{a.pose.x + step.x(), a.pose.y + step.y(), WrapAngle(a.pose.yaw + step.z())},
+          a.covariance - gain * a.covariance};
+}
+
+/// The middle of two estimates of which one is wrong.
+PoseWithCovariance Either(const PoseWithCovariance& a, const PoseWithCovariance& b) {
+  const Eigen::Vector3d half =
+      0.5 *
+      Eigen::Vector3d(b.pose.x - a.pose.x, b.pose.y - a.pose.y, WrapAngle(b.pose.yaw - a.pose.yaw));
+  return {{a.pose.x + half.x(), a.pose.y + half.y(), WrapAngle(a.pose.yaw + half.z())},
+          0.5 * (a.covariance + b.covariance) + half * half.transpose()};
+}
 
 }  // namespace
 
@@ -112,9 +135,41 @@ void GlobalSearch::Bridge(double unplaced_s) {
   }
 }
 
+/// Wheels know the length of a step better than a ceiling at unknown heights, which knows the turn
+/// better. Where both contradict each other, either may be wrong: the wheels slip, or what moves in
+/// the images is a fan.
+void GlobalSearch::MoveByWheels(const LevelFrame& frame,
+                                const std::optional<ChainStep>& step,
+                                const wheels::RelativeMotion& wheels,
+                                double unplaced_s) {
+  PoseWithCovariance moved{wheels.T_before_now, wheels.Covariance()};
+  // Encoders have steps, stamps have errors.
+  constexpr double kLeastSigmaM = 1e-3;
+  constexpr double kLeastSigmaRad = 1e-3;
+  moved.covariance.diagonal() += Eigen::Vector3d(
+      kLeastSigmaM * kLeastSigmaM, kLeastSigmaM * kLeastSigmaM, kLeastSigmaRad * kLeastSigmaRad);
+  if (step && !step->disambiguated_by_prior) {
+    const Eigen::Vector2d length = Hypotheses::kStepScaleSigma * step->T_before_now.Translation();
+    PoseWithCovariance seen{step->T_before_now, step->covariance};
+    seen.covariance.topLeftCorner<2, 2>() += length * length.transpose();
+    moved =
+        SquaredDistance(seen, moved) < kSigmas * kSigmas ? Fused(seen, moved) : Either(seen, moved);
+  }
+  if (unplaced_s > 0) velocity_ = Twist2::Mean(moved.pose, unplaced_s);
+  predicted_ = 0;
+  submap_.Move(moved.pose);
+  const double length_m = wheels.T_before_now.Translation().norm();
+  const double scale_sigma = length_m > 0 ? wheels.common.col(0).head<2>().norm() / length_m : 0;
+  hypotheses_.Move(moved.pose, moved.covariance, true, scale_sigma);
+  if (step || !hypotheses_.Follows()) return;
+  StartChain(hypotheses_.Followed()->pose.pose, frame);
+}
+
 /// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
 /// no texture.
-bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
+bool GlobalSearch::Move(const LevelFrame& frame,
+                        const std::optional<wheels::RelativeMotion>& wheels,
+                        Result& result) {
   constexpr double kMaxDropoutS = 1;  // after a longer dropout the robot may have been carried
   const double stamp_s = frame.stamp_s;
   if (!begin_s_) begin_s_ = stamp_s;
@@ -124,7 +179,14 @@ bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
   const std::optional<ChainStep> step = chain_.Next(level);
   new_keyframe_ = step && step->new_keyframe;
   const double unplaced_s = stamp_s - last_placed_s_.value_or(*begin_s_);
-  if (!step && !chain_.Began() && !hypotheses_.Follows()) return false;
+  const bool shows = step || chain_.Began() || hypotheses_.Follows();
+  if (wheels) {
+    MoveByWheels(frame, step, *wheels, unplaced_s);
+    if (velocity_) result.velocity = {stamp_s - unplaced_s / 2, *velocity_};
+    last_placed_s_ = stamp_s;
+    return shows;
+  }
+  if (!shows) return false;
   if (step) {
     if (unplaced_s > 0) {
       velocity_ = Twist2::Mean(step->T_before_now, unplaced_s);
@@ -148,9 +210,6 @@ bool GlobalSearch::Move(const LevelFrame& frame, Result& result) {
 
 namespace {
 
-constexpr double kSigmas = 4;
-constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
-
 bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
   if (!yaw) return true;
   const double off = WrapAngle(T_map_base.yaw - yaw->heading_rad);
@@ -159,14 +218,25 @@ bool Fits(const Pose2& T_map_base, const std::optional<HeadingPrior>& yaw) {
 
 }  // namespace
 
-bool GlobalSearch::Wanted(const PlaceProposal& place,
-                          double stamp_s,
-                          const std::optional<HeadingPrior>& yaw) const {
+bool GlobalSearch::Wanted(const PlaceProposal& place, double stamp_s, const Known& known) const {
   if (!place.any_yaw && hypotheses_.Contains(place.T_map_base)) return false;
-  if (!place.any_yaw && !Fits(place.T_map_base, yaw)) return false;
+  if (!place.any_yaw && !Fits(place.T_map_base, known.yaw)) return false;
   Pose2 T_map_base = place.T_map_base;
   if (place.any_yaw && start_) T_map_base.yaw = start_->pose.yaw;
-  return StartAllows(T_map_base, stamp_s);
+  if (!StartAllows(T_map_base, stamp_s)) return false;
+  if (place.any_yaw && known.expected) T_map_base.yaw = known.expected->pose.yaw;
+  return WheelsAllow(T_map_base, known);
+}
+
+/// Whether the robot can be there by its wheels. They may have slipped in the dark, or the robot
+/// was carried away: after some frames all places are searched again.
+bool GlobalSearch::WheelsAllow(const Pose2& T_map_base, const Known& known) const {
+  if (!known.expected || frames_ > params_.give_up_heading_after) return true;
+  PoseWithCovariance expected = *known.expected;
+  const double slack = 0.1 * matcher_.Span();
+  expected.covariance.diagonal() +=
+      Eigen::Vector3d(slack * slack, slack * slack, kProposalRad * kProposalRad);
+  return SquaredDistance(expected, {T_map_base}) < kSigmas * kSigmas;
 }
 
 /// Whether the robot can be there by now, where its start was given.
@@ -191,13 +261,15 @@ std::optional<MapMatch> GlobalSearch::MatchNear(const Pose2& T_map_base,
 /// Searches the whole map for places of similar appearance.
 void GlobalSearch::Relocalize(const LevelFrame& frame,
                               const FrameSpectrum& spectrum,
-                              const std::optional<HeadingPrior>& yaw) {
+                              const Known& known) {
   ++searches_;
   const double sigma = 0.5 * PlaceFinder::kSameRatio * matcher_.Span();
   constexpr double kProposalVariance = 0.01;  // rad^2
   Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
   rough.diagonal() << sigma * sigma, sigma * sigma, kProposalVariance;
-  const auto wanted = [&](const PlaceProposal& place) { return Wanted(place, frame.stamp_s, yaw); };
+  const auto wanted = [&](const PlaceProposal& place) {
+    return Wanted(place, frame.stamp_s, known);
+  };
   // An image that fits in several ways within each of these places does so everywhere.
   constexpr int kEnoughAmbiguous = 3;
   const std::vector<PlaceProposal> places = finder_.Find(frame.image.pixels, wanted);
@@ -213,7 +285,8 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
       const std::optional<MapMatch> match = MatchNear(place.T_map_base, spectrum, expected);
       // A match that more than one pose explains gives no information about the place.
       if (!match || match->disambiguated_by_prior) continue;
-      if (Fits(match->pose.pose, yaw)) hypotheses_.Add(*match);
+      const Pose2& T_map_base = match->pose.pose;
+      if (Fits(T_map_base, known.yaw) && WheelsAllow(T_map_base, known)) hypotheses_.Add(*match);
     }
   }
 }
@@ -228,7 +301,7 @@ void GlobalSearch::Extend(const LevelFrame& frame) {
 }
 
 /// Where single frames show too little, the last metres together may determine the place.
-void GlobalSearch::SearchSubmap(const LevelFrame& frame, const std::optional<HeadingPrior>& yaw) {
+void GlobalSearch::SearchSubmap(const LevelFrame& frame, const Known& known) {
   constexpr double kMinLengthRatio = 0.7;  // of the span
   constexpr double kSearchRatio = 0.25;    // of the span, travel between searches
   if (submap_.Length() < kMinLengthRatio * submap_.Span() ||
@@ -237,9 +310,12 @@ void GlobalSearch::SearchSubmap(const LevelFrame& frame, const std::optional<Hea
   }
   searched_at_ = submap_.Travelled();
   ++searches_;
-  const auto wanted = [&yaw](double at) { return Fits({0, 0, at}, yaw); };
+  const auto wanted = [&known](double at) { return Fits({0, 0, at}, known.yaw); };
   const std::optional<SubmapSearch::Result> found = submap_search_.Find(submap_, wanted);
-  if (!found || !found->IsClear() || !StartAllows(found->pose.pose, frame.stamp_s)) return;
+  if (!found || !found->IsClear() || !StartAllows(found->pose.pose, frame.stamp_s) ||
+      !WheelsAllow(found->pose.pose, known)) {
+    return;
+  }
   // A pose that is followed and agrees is the more exact one.
   const Hypothesis* followed = hypotheses_.Followed();
   if (followed != nullptr && SquaredDistance(followed->pose, found->pose) < kSigmas * kSigmas &&
@@ -266,16 +342,17 @@ PoseWithCovariance Reported(PoseWithCovariance pose) {
 
 GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
                                         const FrameSpectrum& spectrum,
-                                        const std::optional<HeadingPrior>& yaw) {
+                                        const Known& all_known) {
   Result result;
-  if (!Move(frame, result)) return result;
+  if (!Move(frame, all_known.wheels, result)) return result;
   ++frames_;
   ambiguous_matches_ = 0;
   // A compass that has drifted, or whose zero is wrong, must not exclude the right place
   // permanently.
-  const bool use_yaw =
-      yaw && (yaw->frame == HeadingFrame::kMap || frames_ <= params_.give_up_heading_after);
-  if (use_yaw) hypotheses_.Turn(*yaw);
+  Known known = all_known;
+  const bool drifts = known.yaw && known.yaw->frame != HeadingFrame::kMap;
+  if (drifts && frames_ > params_.give_up_heading_after) known.yaw.reset();
+  if (known.yaw) hypotheses_.Turn(*known.yaw);
   hypotheses_.MatchAll([&](const Hypothesis& h) {
     std::optional<MapMatch> match = MatchNear(h.pose.pose, spectrum, h.pose);
     if (!match && h.trusted) match = matcher_.CorrectNear(h.pose, spectrum);
@@ -285,14 +362,17 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   constexpr int kSearchEvery = 5;
   const bool due = !hypotheses_.Follows() || frames_ % kSearchEvery == 0;
   if (hypotheses_.Accepted() == nullptr && due) {
-    Relocalize(frame, spectrum, use_yaw ? yaw : std::nullopt);
+    Relocalize(frame, spectrum, known);
   }
   Extend(frame);
   // A match, even if other places explain the frame as well, says more than weak structure.
   if (!hypotheses_.AnyMatch() && ambiguous_matches_ == 0) {
-    SearchSubmap(frame, use_yaw ? yaw : std::nullopt);
+    SearchSubmap(frame, known);
   }
   hypotheses_.Weigh();
+  if (const Hypothesis* followed = hypotheses_.Followed()) {
+    result.followed_pose = matcher_.WithTilt(followed->pose);
+  }
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
   if (const Hypothesis* accepted = hypotheses_.Accepted()) {
     result.status = TrackingStatus::kRelocalized;

@@ -40,12 +40,20 @@ class GlobalSearch {
     /// With a pose: the robot was not recognised by this frame alone. The search goes on from
     /// there.
     bool followed = false;
+    /// Of a robot that is followed, whether or not its pose is certain enough to be reported.
+    std::optional<PoseWithCovariance> followed_pose;
     std::optional<StampedTwist2> velocity;  ///< mean since the frame before, at the middle
   };
-  /// @param yaw  The robot's yaw on the map, if a compass gives it.
+  /// What is known of a frame beside its image.
+  struct Known {
+    std::optional<HeadingPrior> yaw;               ///< on the map, if a compass gives it
+    std::optional<wheels::RelativeMotion> wheels;  ///< since the frame before
+    /// By the wheels since the robot was seen last. For a while only places there are searched.
+    std::optional<PoseWithCovariance> expected;
+  };
   Result Next(const LevelFrame& frame,
               const registration::FrameSpectrum& spectrum,
-              const std::optional<HeadingPrior>& yaw);
+              const Known& known);
 
   [[nodiscard]] std::int64_t Searches() const { return searches_; }
 
@@ -54,19 +62,24 @@ class GlobalSearch {
   void StartChain(const Pose2& T_map_base, const LevelFrame& frame);
   bool MoveOn(const LevelFrame& frame, double unplaced_s);
   void Bridge(double unplaced_s);
-  bool Move(const LevelFrame& frame, Result& result);
-  [[nodiscard]] bool Wanted(const PlaceProposal& place,
-                            double stamp_s,
-                            const std::optional<HeadingPrior>& yaw) const;
+  bool Move(const LevelFrame& frame,
+            const std::optional<wheels::RelativeMotion>& wheels,
+            Result& result);
+  void MoveByWheels(const LevelFrame& frame,
+                    const std::optional<ChainStep>& step,
+                    const wheels::RelativeMotion& wheels,
+                    double unplaced_s);
+  [[nodiscard]] bool Wanted(const PlaceProposal& place, double stamp_s, const Known& known) const;
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& spectrum,
                                     const std::optional<PoseWithCovariance>& expected);
   [[nodiscard]] bool StartAllows(const Pose2& T_map_base, double stamp_s) const;
+  [[nodiscard]] bool WheelsAllow(const Pose2& T_map_base, const Known& known) const;
   void Extend(const LevelFrame& frame);
-  void SearchSubmap(const LevelFrame& frame, const std::optional<HeadingPrior>& yaw);
+  void SearchSubmap(const LevelFrame& frame, const Known& known);
   void Relocalize(const LevelFrame& frame,
                   const registration::FrameSpectrum& spectrum,
-                  const std::optional<HeadingPrior>& yaw);
+                  const Known& known);
 
   MapMatcher& matcher_;
   LocalizerParams params_;

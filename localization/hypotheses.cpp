@@ -57,20 +57,19 @@ bool Hypotheses::Contains(const Pose2& T_map_base) const {
 
 namespace {
 
-// Standard deviation of the length of all steps together, as a part of it: what is seen of a plain
-// ceiling may all hang lower, or be higher, than the map says.
-constexpr double kStepScaleSigma = 0.08;
-
 /// Moves a hypothesis. Independent errors of the steps add up as variances, the common one as a
 /// length: it is a constant that is not estimated, but whose effect on the pose is known
 /// (Schmidt-Kalman filter).
-void Follow(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, Hypothesis& h) {
+void Follow(const Pose2& T_before_now,
+            const Eigen::Matrix3d& covariance,
+            double scale_sigma,
+            Hypothesis& h) {
   const Eigen::Vector3d& common = h.common_error;
   const Eigen::Matrix3d independent = h.pose.covariance - common * common.transpose();
   const Eigen::Vector2d step = h.pose.pose.Rotation() * T_before_now.Translation();
   h.pose = Moved({h.pose.pose, independent}, T_before_now, covariance);
   h.common_error.head<2>() +=
-      common.z() * Eigen::Vector2d(-step.y(), step.x()) + kStepScaleSigma * step;
+      common.z() * Eigen::Vector2d(-step.y(), step.x()) + scale_sigma * step;
   h.pose.covariance += h.common_error * h.common_error.transpose();
 }
 
@@ -84,11 +83,12 @@ void Take(const PoseWithCovariance& pose, Hypothesis& h) {
 
 void Hypotheses::Move(const Pose2& T_before_now,
                       const Eigen::Matrix3d& covariance,
-                      bool unambiguous) {
+                      bool unambiguous,
+                      double scale_sigma) {
   travelled_ += T_before_now.Translation().norm();
   since_confirmed_ += T_before_now.Translation().norm();
   for (Hypothesis& h : all_) {
-    Follow(T_before_now, covariance, h);
+    Follow(T_before_now, covariance, scale_sigma, h);
     h.trusted = h.trusted && unambiguous;
   }
 }

@@ -72,9 +72,17 @@ class Hypotheses {
   [[nodiscard]] const std::vector<Hypothesis>& All() const { return all_; }
   [[nodiscard]] bool Empty() const { return all_.empty(); }
 
+  /// Standard deviation of the length of all steps that are measured by the ceiling, as a part of
+  /// it: what is seen of a plain ceiling may all hang lower, or be higher, than the map says.
+  static constexpr double kStepScaleSigma = 0.08;
+
   /// Applies a motion of the robot.
   /// @param unambiguous  False: the motion is ambiguous; no hypothesis is trusted any more.
-  void Move(const Pose2& T_before_now, const Eigen::Matrix3d& covariance, bool unambiguous);
+  /// @param scale_sigma  Standard deviation of the length that all steps have in common.
+  void Move(const Pose2& T_before_now,
+            const Eigen::Matrix3d& covariance,
+            bool unambiguous,
+            double scale_sigma = kStepScaleSigma);
   /// Adds an unknown motion in any direction; standard deviations in map units and radians.
   /// Hypotheses with a standard deviation above half the span are dropped.
   void Spread(double sigma, double sigma_rad);

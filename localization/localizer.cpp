@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "calib/base/error.hpp"
 #include "calib/base/field_check.hpp"
@@ -11,6 +12,7 @@
 #include "localization/global_search.hpp"
 #include "localization/map_matcher.hpp"
 #include "localization/map_uncertainty.hpp"
+#include "localization/wheel_prediction.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/repetition.hpp"
 
@@ -70,6 +72,7 @@ struct Localizer::Impl {
         heading(p.heading) {}
 
   MotionModel motion;                        // started: the robot is tracked
+  WheelPrediction by_wheels;                 // since the last pose
   std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
   LevelFrame last_frame;                     // the last one with a pose ...
   PoseWithCovariance last_pose;              // ... its pose ...
@@ -105,15 +108,18 @@ struct Localizer::Impl {
   [[nodiscard]] bool CanBeAt(const PoseWithCovariance& pose, double stamp_s) const;
   [[nodiscard]] double InnovationSigma(const MapMatch& match,
                                        const PoseWithCovariance& expected) const;
-  bool Track(double stamp_s,
+  bool Track(const CeilingFrame& frame,
              const FrameSpectrum& spectrum,
              const std::optional<HeadingPrior>& yaw,
              Location& location);
+  bool MatchPredicted(const FrameSpectrum& spectrum, Location& location);
   [[nodiscard]] bool IsDropout(double stamp_s) const;
+  void StartSearch();
   void Search(const LevelFrame& frame,
               const FrameSpectrum& spectrum,
-              const std::optional<HeadingPrior>& yaw,
+              const GlobalSearch::Known& known,
               Location& location);
+  void Predict(const std::optional<PoseWithCovariance>& followed, Location& location);
   void Place(const MapMatch& match, Location& location);
   void Remember(const CeilingFrame& frame, const LevelFrame& level, const Location& location);
   void Count(TrackingStatus status);
@@ -237,12 +243,32 @@ double Localizer::Impl::InnovationSigma(const MapMatch& match,
   return off > kSigmas * sigma ? kInflation * off : 0;
 }
 
-bool Localizer::Impl::Track(double stamp_s,
+/// Expects the robot where its wheels say, else where it is at constant velocity. Where the ceiling
+/// is seen there only, the wheels have slipped.
+bool Localizer::Impl::Track(const CeilingFrame& frame,
                             const FrameSpectrum& spectrum,
                             const std::optional<HeadingPrior>& yaw,
                             Location& location) {
-  motion.Predict(stamp_s);
+  const double elapsed_s = frame.stamp_s - motion.Stamp();
+  motion.Predict(frame.stamp_s);
+  const MotionModel at_constant_velocity = motion;
+  const std::optional<PoseWithCovariance> by_wheel = by_wheels.Pose();
+  if (by_wheel && frame.wheels && elapsed_s > 0) {
+    motion.Take(*by_wheel, Twist2::Mean(frame.wheels->T_before_now, elapsed_s));
+  }
   if (yaw) TakeHeading(*yaw);
+  if (MatchPredicted(spectrum, location)) return true;
+  if (!by_wheel || matcher.Verdict() == registration::Verdict::kNoTexture) return false;
+  const MotionModel by_wheels_alone = std::exchange(motion, at_constant_velocity);
+  if (MatchPredicted(spectrum, location)) {
+    ++report.slips;
+    return true;
+  }
+  motion = by_wheels_alone;
+  return false;
+}
+
+bool Localizer::Impl::MatchPredicted(const FrameSpectrum& spectrum, Location& location) {
   PoseWithCovariance expected = motion.Pose();
   // After a gap in time one match is not enough, because of perceptual aliasing.
   constexpr double kVagueRatio = 0.2;
@@ -286,22 +312,40 @@ bool Localizer::Impl::CanBeAt(const PoseWithCovariance& pose, double stamp_s) co
                                     MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel());
 }
 
-/// During a short period without texture the earlier prediction remains valid.
+/// During a short period without texture the earlier prediction remains valid, with wheels as long
+/// as they know the way.
 bool Localizer::Impl::IsDropout(double stamp_s) const {
   return matcher.Verdict() == registration::Verdict::kNoTexture &&
-         stamp_s - last_frame.stamp_s <= params.max_dropout_s;
+         (stamp_s - last_frame.stamp_s <= params.max_dropout_s || by_wheels.Pose());
+}
+
+/// From now on the search starts from the last known pose.
+void Localizer::Impl::StartSearch() {
+  motion_before = motion;
+  motion.Stop();
+  search.BeginAt(last_pose, last_frame, last_velocity);
 }
 
 void Localizer::Impl::Search(const LevelFrame& frame,
                              const FrameSpectrum& spectrum,
-                             const std::optional<HeadingPrior>& yaw,
+                             const GlobalSearch::Known& known,
                              Location& location) {
-  const GlobalSearch::Result result = search.Next(frame, spectrum, yaw);
+  const GlobalSearch::Result result = search.Next(frame, spectrum, known);
   location.pose.status = result.status;
   location.hypotheses = result.hypotheses;
   location.velocity = result.velocity;
   report.searches = search.Searches();
-  if (result.status != TrackingStatus::kRelocalized) return;
+  if (result.status != TrackingStatus::kRelocalized) {
+    by_wheels.Contradict(result.status == TrackingStatus::kLost && !result.followed_pose &&
+                         matcher.Verdict() != registration::Verdict::kNoTexture);
+    Predict(result.followed_pose, location);
+    return;
+  }
+  // The image did not contribute to a pose that is followed.
+  if (result.followed && result.match.inliers == 0 && by_wheels.Pose()) {
+    Predict(result.match.pose, location);
+    return;
+  }
   if (!CanBeAt(result.match.pose, frame.stamp_s)) {
     location.pose.status = TrackingStatus::kAmbiguous;
     return;
@@ -316,6 +360,17 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   }
   motion.Start(result.match.pose, frame.stamp_s, velocity);
   patch.reset();
+}
+
+/// Without a pose by the image: where the robot is by its wheels, if it has wheels.
+void Localizer::Impl::Predict(const std::optional<PoseWithCovariance>& followed,
+                              Location& location) {
+  const std::optional<PoseWithCovariance> by_wheel = by_wheels.Pose();
+  if (!by_wheel) return;
+  const PoseWithCovariance& pose = followed ? *followed : *by_wheel;
+  location.pose.status = TrackingStatus::kPredicted;
+  location.pose.T_map_base = pose.pose;
+  location.pose.covariance = pose.covariance + shape.At(pose.pose);
 }
 
 void Localizer::Impl::Place(const MapMatch& match, Location& location) {
@@ -336,6 +391,7 @@ void Localizer::Impl::Remember(const CeilingFrame& frame,
   last_frame.stamp_s = level.stamp_s;
   last_frame.tilt = level.tilt;
   last_frame.heading = level.heading;
+  by_wheels.Start(last_pose);
   last_velocity = std::nullopt;
   if (motion.KnowsVelocity()) {
     last_velocity = {motion.Velocity().head<2>(), motion.Velocity().z()};
@@ -353,6 +409,9 @@ void Localizer::Impl::Count(TrackingStatus status) {
       break;
     case TrackingStatus::kRelocalized:
       ++report.relocalized;
+      break;
+    case TrackingStatus::kPredicted:
+      ++report.predicted;
       break;
     case TrackingStatus::kAmbiguous:
       ++report.ambiguous;
@@ -380,8 +439,10 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   location.pose.frame_index = frame.index;
   location.pose.stamp_s = frame.stamp_s;
   location.pose.tilt = frame.tilt;
+  me.by_wheels.Move(frame.wheels);
   if (frame.repeated > mapping::kMaxRepeated) {
     location.pose.status = TrackingStatus::kAmbiguous;
+    me.Predict(std::nullopt, location);
     me.last_stamp_s = frame.stamp_s;
     ++me.report.repeated;
     me.Count(location.pose.status);
@@ -394,28 +455,27 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   me.matcher.Analyze(level);
   const FrameSpectrum& spectrum = level.image.spectrum;
   me.report.analyze_ms += MillisecondsSince(start);
-  std::optional<HeadingPrior> yaw;
-  if (frame.heading) yaw = me.heading.InMap(*frame.heading, frame.stamp_s);
+  GlobalSearch::Known known{std::nullopt, frame.wheels, me.by_wheels.Pose()};
+  if (frame.heading) known.yaw = me.heading.InMap(*frame.heading, frame.stamp_s);
 
   start = Clock::now();
   bool decided = false;
   if (me.motion.Started()) {
-    decided = me.Track(frame.stamp_s, spectrum, yaw, location);
+    decided = me.Track(frame, spectrum, known.yaw, location);
     if (!decided && me.IsDropout(frame.stamp_s)) {
       location.pose.status = TrackingStatus::kLost;
+      me.Predict(std::nullopt, location);
       decided = true;
     }
     me.report.track_ms += MillisecondsSince(start);
     if (!decided) {
-      // From now on the search starts from the last known pose.
-      me.motion_before = me.motion;
-      me.motion.Stop();
-      me.search.BeginAt(me.last_pose, me.last_frame, me.last_velocity);
+      me.StartSearch();
+      known.wheels = me.by_wheels.Motion();  // since the frame with which the search starts
     }
   }
   if (!decided) {
     start = Clock::now();
-    me.Search(level, spectrum, yaw, location);
+    me.Search(level, spectrum, known, location);
     me.report.search_ms += MillisecondsSince(start);
   }
   me.was_placed = location.Placed();
@@ -435,6 +495,7 @@ void Localizer::Reset(const std::optional<PoseWithCovariance>& start) {
   me.params.Validate();
   me.motion.Stop();
   me.motion_before.reset();
+  me.by_wheels.Stop();
   me.search.Reset(start);
   me.heading.Forget();
   me.patch.reset();

@@ -7,6 +7,7 @@
 
 #include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
+#include "calib/wheels/relative_motion.hpp"
 #include "localization/heading_fusion.hpp"
 #include "localization/hypotheses.hpp"
 #include "localization/map_patches.hpp"
@@ -67,11 +68,15 @@ struct CeilingFrame {
   double repeated = 0;
   /// Of the robot, for a camera with a rolling shutter (CeilingView::Rectify).
   Twist2 velocity = {};
+  /// Motion since the frame before, by the robot's wheels; nothing: it is not known.
+  std::optional<wheels::RelativeMotion> wheels = {};
 };
 
-/// Pose of the robot, or the reason why it is unknown.
+/// Pose of the robot, or the reason why it is unknown. Status kPredicted: the pose by the wheels
+/// since it was measured last, with a covariance that grows with the travel.
 struct Location {
-  /// Status, T_map_base and its covariance, valid when Placed(). The covariance is the sum of those
+  /// Status, T_map_base and its covariance, valid when Placed() or
+  /// predicted. The covariance is the sum of those
   /// of the match and of the map there (MapUncertainty), relative to the map as a whole.
   graph::FramePose pose;
   double peak = 0;     ///< agreement of the image with the map, 0..1
@@ -96,9 +101,11 @@ struct LocalizerReport {
   std::int64_t relocalized = 0;
   std::int64_t ambiguous = 0;
   std::int64_t lost = 0;
-  std::int64_t repeated = 0;  ///< part of ambiguous: images that repeat the one before
-  double coding_loss = 0;     ///< mean of FrameSpectrum::CodingLoss, 0..1
-  std::int64_t searches = 0;  ///< of the whole map
+  std::int64_t predicted = 0;  ///< by the wheels alone
+  std::int64_t slips = 0;      ///< frames in which the ceiling contradicted the wheels
+  std::int64_t repeated = 0;   ///< part of ambiguous: images that repeat the one before
+  double coding_loss = 0;      ///< mean of FrameSpectrum::CodingLoss, 0..1
+  std::int64_t searches = 0;   ///< of the whole map
   /// Scale of the ceiling's image against the rig: measured length / expected length; unset: not
   /// measured yet.
   std::optional<double> scale;
@@ -118,6 +125,7 @@ struct LocalizerReport {
 ///   tracking     the pose is known, as in the frame before
 ///   relocalized  the pose is known again, or for the first time
 ///   ambiguous    several places fit, or one that has not been confirmed yet
+///   predicted    the image tells nothing; the pose follows from the wheels
 ///   lost         no place fits, or the image has no texture
 ///
 /// Not thread-safe. Two threads of its own read the map at the start (index, uncertainty). The

@@ -4,6 +4,7 @@
 
 #include "calib/base/heading.hpp"
 #include "calib/base/tilt.hpp"
+#include "calib/wheels/relative_motion.hpp"
 
 namespace ceilmap::mapping {
 
@@ -15,6 +16,8 @@ struct FrameContext {
   std::optional<HeadingPrior> heading = std::nullopt;
   /// Share of the image that repeats the one before (RepetitionMeter), 0..1.
   double repeated = 0;
+  /// Motion of the robot since the frame before, by its wheels.
+  std::optional<wheels::RelativeMotion> wheels = std::nullopt;
 };
 
 }  // namespace ceilmap::mapping

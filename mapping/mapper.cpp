@@ -219,6 +219,7 @@ void Mapper::Impl::Count(const OdometryStep& step) {
       ++report.ambiguous;
       ++consecutive_lost;
       break;
+    case graph::TrackingStatus::kPredicted:
     case graph::TrackingStatus::kLost:
       ++report.lost;
       ++consecutive_lost;

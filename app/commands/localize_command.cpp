@@ -50,6 +50,7 @@ struct LocalizeOptions {
   fs::path output;
   fs::path status;
   bool stream = false;
+  bool predicted = false;
   live::WatchOptions watch;
   SettingsOptions settings;
 
@@ -61,6 +62,9 @@ struct LocalizeOptions {
 
 void LocalizeOptions::Check(files::Existing existing) const {
   sensors.Check(true);
+  if (predicted && sensors.odometry.empty()) {
+    throw InputError("--predicted: poses are predicted by wheels; give --odometry");
+  }
   if (!sensors.heading_model.empty() && heading_zero != "first") {
     throw InputError(
         "--heading-zero: headings of --heading-model are relative to the map's x axis; leave it "
@@ -72,8 +76,14 @@ void LocalizeOptions::Check(files::Existing existing) const {
   }
   std::error_code ignored;
   for (const fs::path& target : {output, sensors.uncompensated, status}) {
-    for (const fs::path& source :
-         {map, rig, stamps, sensors.heading, sensors.heading_model, fs::path(up)}) {
+    for (const fs::path& source : {map,
+                                   rig,
+                                   stamps,
+                                   sensors.heading,
+                                   sensors.heading_model,
+                                   sensors.odometry,
+                                   sensors.gyro,
+                                   fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
       throw InputError(
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
@@ -103,7 +113,8 @@ class Results {
         trajectory_(params.output),
         uncompensated_(params.sensors.uncompensated),
         status_(params.status),
-        stream_(params.stream) {
+        stream_(params.stream),
+        predicted_(params.predicted) {
     for (files::GrowingFile* file : {&trajectory_, &uncompensated_})
       file->Append(files::TumHeader());
     status_.Append(files::StatusHeader());
@@ -111,7 +122,8 @@ class Results {
 
   void Add(const robot::Estimate& estimate) {
     status_.Append(files::FormatStatusLine(estimate));
-    if (!estimate.HasPose()) return;
+    const bool predicted = predicted_ && estimate.status == robot::TrackingStatus::kPredicted;
+    if (!estimate.HasPose() && !predicted) return;
     const Pose2& T_map_base = estimate.pose.pose;
     const std::string line =
         files::FormatTumLine(ToStampedPose(estimate.stamp_s, T_map_base, estimate.tilt));
@@ -137,6 +149,7 @@ class Results {
   files::GrowingFile uncompensated_;
   files::GrowingFile status_;
   bool stream_;
+  bool predicted_;  // such poses are written too
 };
 
 // Sums over the frames.
@@ -367,6 +380,10 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("--status", params->status, "Pose, status and accuracy of every frame", "S.csv")
       ->group(result);
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
+      ->group(result);
+  cli.add_flag("--predicted",
+               params->predicted,
+               "Write poses also where --odometry alone knows them (status predicted)")
       ->group(result);
   params->watch.AddTo(cli, result);
   params->settings.AddTo(cli);

@@ -69,6 +69,13 @@ void SensorOptions::AddTo(CLI::App& cli,
       ->group(inputs);
   add("--heading", heading, "Measured headings: timestamp,heading_deg,sigma_deg", "H.csv")
       ->group(priors);
+  add("--odometry",
+      odometry,
+      "Wheel odometry: TUM, or CSV timestamp,x,y,yaw_deg or timestamp,v,omega",
+      "WHEELS")
+      ->group(inputs);
+  add("--gyro", gyro, "Turn rates of a gyro, beside --odometry: timestamp,omega_z", "GYRO.csv")
+      ->group(inputs);
 }
 
 void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
@@ -81,6 +88,12 @@ void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
 }
 
 void SensorOptions::Check(bool have_rig) const {
+  if (!gyro.empty() && odometry.empty()) {
+    throw InputError("--gyro: gives the turn beside the travel of the wheels; give --odometry");
+  }
+  if (!odometry.empty() && !have_rig) {
+    throw InputError("--odometry: is in metres; give --rig, so that the map is in metres too");
+  }
   CheckHeading(*this, have_rig);
   CheckTilt(*this, have_rig);
 }
@@ -95,6 +108,8 @@ recordings::SensorFiles SensorOptions::Files(bool have_rig,
   files.omni_stamps = omni_stamps;
   files.headings = heading;
   files.heading_model = heading_model;
+  files.odometry = odometry;
+  files.gyro = gyro;
   files.headings_frame = headings_frame;
   files.stamps = stamps;
   if (have_rig && tilt != "none") {

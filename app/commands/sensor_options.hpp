@@ -18,6 +18,8 @@ struct SensorOptions {
   std::filesystem::path omni_stamps;
   std::filesystem::path heading;
   std::filesystem::path heading_model;
+  std::filesystem::path odometry;
+  std::filesystem::path gyro;
 
   /// Adds all but --heading-model. @param inputs, priors, results  groups of the help text.
   void AddTo(CLI::App& cli,

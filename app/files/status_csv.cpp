@@ -14,8 +14,11 @@ namespace {
 // Status names of other programs are reduced to whether the frame has a pose.
 graph::TrackingStatus StatusOf(const std::string& word, bool placed) {
   using Status = graph::TrackingStatus;
-  for (const Status status :
-       {Status::kTracking, Status::kRelocalized, Status::kAmbiguous, Status::kLost}) {
+  for (const Status status : {Status::kTracking,
+                              Status::kRelocalized,
+                              Status::kPredicted,
+                              Status::kAmbiguous,
+                              Status::kLost}) {
     if (word == graph::ToString(status)) return status;
   }
   return placed ? Status::kTracking : Status::kLost;
@@ -78,7 +81,8 @@ std::string_view StatusHeader() {
 
 std::string FormatStatusLine(const robot::Estimate& estimate) {
   const char* const status = graph::ToString(estimate.status);
-  if (!estimate.HasPose()) return fmt::format("{:.6f},{},,,,,,,,,,\n", estimate.stamp_s, status);
+  if (!estimate.HasPose() && estimate.status != graph::TrackingStatus::kPredicted)
+    return fmt::format("{:.6f},{},,,,,,,,,,\n", estimate.stamp_s, status);
   const Pose2& pose = estimate.pose.pose;
   const auto sigma = [&](int i) { return std::sqrt(estimate.pose.covariance(i, i)); };
   // The pitch and roll of a level robot are exactly 0.
@@ -116,9 +120,9 @@ StatusRecord StatusIn(const CsvTable& table) {
     }
     last_s = stamp_s;
     ++record.frames[columns.Status(row)];
-    const bool placed = columns.HasPose(row);
-    (placed ? record.placed : record.unplaced)
-        .push_back({stamp_s, StatusOf(columns.Status(row), placed)});
+    const graph::TrackingStatus status = StatusOf(columns.Status(row), columns.HasPose(row));
+    const bool placed = columns.HasPose(row) && status != graph::TrackingStatus::kPredicted;
+    (placed ? record.placed : record.unplaced).push_back({stamp_s, status});
     if (!placed) continue;
     record.poses.push_back(columns.Pose(row));
     record.covariances.push_back(columns.Covariance(row));

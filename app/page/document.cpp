@@ -67,6 +67,8 @@ char StatusLetter(graph::TrackingStatus status) {
       return 't';
     case graph::TrackingStatus::kRelocalized:
       return 'r';
+    case graph::TrackingStatus::kPredicted:
+      return 'p';
     case graph::TrackingStatus::kAmbiguous:
       return 'a';
     case graph::TrackingStatus::kLost:

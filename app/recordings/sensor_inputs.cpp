@@ -8,6 +8,9 @@ namespace {
 
 using compensation::TiltMethod;
 
+// Samples this much later than an image are added with it: their clock may be late.
+constexpr double kWheelsAheadS = 0.5;
+
 const std::filesystem::path& OwnOr(const std::filesystem::path& own,
                                    const std::filesystem::path& upward) {
   return own.empty() ? upward : own;
@@ -17,6 +20,8 @@ const std::filesystem::path& OwnOr(const std::filesystem::path& own,
 
 SensorInputs::SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& rig)
     : files_(files) {
+  if (!files.odometry.empty()) odometry_ = files::ReadOdometry(files.odometry);
+  if (!files.gyro.empty()) gyro_ = files::ReadGyro(files.gyro);
   if (!rig) return;
   const auto keep = [this](const std::optional<calib::CameraScaling>& scaling) {
     if (scaling) scalings_.push_back(*scaling);
@@ -60,6 +65,16 @@ void SensorInputs::ReadTo(double stamp_s, robot::Sensors& sensors) {
   if (omni_) {
     omni_->ReadTo(stamp_s, [&](const robot::Image& image) { sensors.AddOmni(image); });
   }
+  const auto add = [until_s = stamp_s + kWheelsAheadS](
+                       const auto& samples, std::size_t& next, const auto& sink) {
+    for (; next < samples.size() && samples[next].stamp_s <= until_s; ++next) sink(samples[next]);
+  };
+  const auto to_wheels = [&](const auto& sample) { sensors.AddOdometry(sample); };
+  add(odometry_.poses, next_pose_, to_wheels);
+  add(odometry_.speeds, next_speed_, to_wheels);
+  add(gyro_.samples, next_gyro_, [&](const wheels::GyroSample& sample) {
+    sensors.AddGyro(sample);
+  });
 }
 
 }  // namespace ceilmap::recordings

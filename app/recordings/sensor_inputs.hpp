@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/files/odometry_csv.hpp"
 #include "app/recordings/sensor_stream.hpp"
 #include "calib/base/heading.hpp"
 #include "calib/rig.hpp"
@@ -22,6 +23,8 @@ struct SensorFiles {
   std::string omni;
   std::filesystem::path omni_stamps;    ///< empty: `stamps`
   std::filesystem::path headings;       ///< files::ReadHeadings
+  std::filesystem::path odometry;       ///< files::ReadOdometry
+  std::filesystem::path gyro;           ///< files::ReadGyro
   std::filesystem::path heading_model;  ///< colour::ReadColourModel
   HeadingFrame headings_frame = HeadingFrame::kRelative;
   std::optional<compensation::TiltMethod> tilt;  ///< nothing: tilt is not measured
@@ -40,12 +43,17 @@ class SensorInputs {
   [[nodiscard]] robot::SensorsParams Params(robot::SensorsParams params = {}) const;
   /// Adds the headings of the file, before the first image.
   void AddHeadings(robot::Sensors& sensors) const;
-  /// Adds the images of each camera as far as the first one that is later than `stamp_s`.
+  /// Adds the images of each camera as far as the first one that is later than `stamp_s`, and the
+  /// samples of wheels and gyro up to a moment after it.
   void ReadTo(double stamp_s, robot::Sensors& sensors);
 
   /// Null where there is no recording.
   [[nodiscard]] const SensorStream* Forward() const { return forward_.get(); }
   [[nodiscard]] const SensorStream* Omni() const { return omni_.get(); }
+  [[nodiscard]] const files::OdometryRecording& Odometry() const { return odometry_; }
+  [[nodiscard]] const files::GyroRecording& Gyro() const { return gyro_; }
+  [[nodiscard]] const std::filesystem::path& OdometryFile() const { return files_.odometry; }
+  [[nodiscard]] const std::filesystem::path& GyroFile() const { return files_.gyro; }
   [[nodiscard]] const std::filesystem::path& HeadingFile() const { return files_.headings; }
   /// Cameras of the rig that were scaled.
   [[nodiscard]] const std::vector<calib::CameraScaling>& Scalings() const { return scalings_; }
@@ -55,6 +63,11 @@ class SensorInputs {
   std::unique_ptr<SensorStream> forward_;
   std::unique_ptr<SensorStream> omni_;
   std::vector<calib::CameraScaling> scalings_;
+  files::OdometryRecording odometry_;
+  files::GyroRecording gyro_;
+  std::size_t next_pose_ = 0;   // of the odometry, to be added
+  std::size_t next_speed_ = 0;  // likewise
+  std::size_t next_gyro_ = 0;   // of the gyro
 };
 
 }  // namespace ceilmap::recordings

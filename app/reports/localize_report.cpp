@@ -27,6 +27,8 @@ void Summarize(const LocalizeResult& result, terminal::Summary& summary) {
   Summarize(CoverageOf(result), summary.quality);
   summary.quality.update({{"tracking", report.tracking},
                           {"relocalized", report.relocalized},
+                          {"predicted", report.predicted},
+                          {"slips", report.slips},
                           {"ambiguous", report.ambiguous},
                           {"lost", report.lost},
                           {"dropped", result.reading.dropped},
@@ -64,6 +66,9 @@ terminal::Table FactsOf(const LocalizeResult& result) {
   }
   if (report.relocalized > 1) {
     table.AddRow({"found again", count(report.relocalized - 1), "times after it was lost"});
+  }
+  if (report.predicted > 0) {
+    table.AddRow({"predicted", count(report.predicted), "by the wheels alone"});
   }
   table.AddRow({"ambiguous", count(report.ambiguous)});
   table.AddRow({"lost", count(report.lost)});

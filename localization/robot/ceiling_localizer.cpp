@@ -86,7 +86,8 @@ Estimate CeilingLocalizer::Locate(const Frame& frame) {
                                frame.context.tilt,
                                frame.rectified,
                                impl_->repetition.Next(frame.as_taken),
-                               frame.velocity});
+                               frame.velocity,
+                               frame.context.wheels});
   if (location.tilt_left) CorrectTilt(*location.tilt_left);
   if (location.velocity) Move(*location.velocity);
   Sensors::Locate(frame.up.stamp_s,

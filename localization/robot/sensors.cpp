@@ -28,8 +28,9 @@ struct Task {
   std::optional<Image> forward;
   std::optional<Image> omni;
   std::optional<HeadingPrior> heading;  // by samples
-  HeadingSource* by_camera = nullptr;   // null: no camera gives headings
-  std::optional<TiltAngles> residual;   // feedback
+  std::optional<wheels::RelativeMotion> wheels;
+  HeadingSource* by_camera = nullptr;  // null: no camera gives headings
+  std::optional<TiltAngles> residual;  // feedback
   std::optional<Located> located;
 
   [[nodiscard]] const Image* HeadingImage(bool by_colours) const {
@@ -66,6 +67,9 @@ struct Sensors::Impl {
   bool by_colours = false;  // by_camera takes forward images, else mirror images
   std::unique_ptr<SampleHeading> samples;
   cv::Mat forward_grey;
+  wheels::DeadReckoning reckoning;
+  std::optional<double> last_up_s;  // of the upward frame before
+  std::int64_t unreckoned = 0;
 
   // Feedback for the next frame that is measured; it waits while one is being measured.
   std::optional<TiltAngles> residual;
@@ -74,6 +78,7 @@ struct Sensors::Impl {
   std::future<Frame> measuring;
 
   Task Prepare(const Image& up);
+  std::optional<wheels::RelativeMotion> MotionTo(double stamp_s);
   Frame Measure(const Task& task);
   compensation::TiltEstimate MeasureTilt(const Task& task);
 };
@@ -87,10 +92,20 @@ Task Sensors::Impl::Prepare(const Image& up) {
   task.forward = forward.Nearest(up.stamp_s);
   task.omni = omni.Nearest(up.stamp_s);
   if (samples) task.heading = samples->At(up.stamp_s, nullptr);
+  task.wheels = MotionTo(up.stamp_s);
   task.by_camera = by_camera.get();
   task.residual = std::exchange(residual, std::nullopt);
   task.located = std::exchange(located, std::nullopt);
   return task;
+}
+
+/// Motion since the upward frame before.
+std::optional<wheels::RelativeMotion> Sensors::Impl::MotionTo(double stamp_s) {
+  const std::optional<double> before_s = std::exchange(last_up_s, stamp_s);
+  if (reckoning.Samples() == 0 || !before_s || !(stamp_s > *before_s)) return std::nullopt;
+  std::optional<wheels::RelativeMotion> motion = reckoning.Between(*before_s, stamp_s);
+  if (!motion) ++unreckoned;
+  return motion;
 }
 
 compensation::TiltEstimate Sensors::Impl::MeasureTilt(const Task& task) {
@@ -110,6 +125,7 @@ Sensors::Frame Sensors::Impl::Measure(const Task& task) {
   if (task.residual && tilt) tilt->Correct(*task.residual);
   Frame frame{task.up, task.as_taken, task.velocity, {}, {}};
   frame.context.heading = task.heading;
+  frame.context.wheels = task.wheels;
   std::future<std::optional<HeadingPrior>> heading;
   if (task.by_camera != nullptr) {
     if (task.located) {
@@ -162,6 +178,18 @@ void Sensors::AddHeading(const HeadingSample& sample, HeadingFrame frame) {
   me.samples->Add(sample);
 }
 
+void Sensors::AddOdometry(const wheels::OdometrySample& sample) {
+  impl_->reckoning.Add(sample);
+}
+
+void Sensors::AddOdometry(const wheels::WheelSpeedSample& sample) {
+  impl_->reckoning.Add(sample);
+}
+
+void Sensors::AddGyro(const wheels::GyroSample& sample) {
+  impl_->reckoning.Add(sample);
+}
+
 SensorsReport Sensors::Sensed() const {
   const Impl& me = *impl_;
   SensorsReport report;
@@ -171,6 +199,7 @@ SensorsReport Sensors::Sensed() const {
   report.omni = me.omni.Report();
   if (me.by_camera) report.heading = me.by_camera->Report();
   if (me.samples) report.heading = me.samples->Report();
+  report.wheels = {me.reckoning.Samples(), me.reckoning.HasGyro(), me.unreckoned};
   return report;
 }
 

@@ -6,6 +6,7 @@
 #include "calib/base/heading.hpp"
 #include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
+#include "calib/wheels/dead_reckoning.hpp"
 #include "compensation/tilt_estimator.hpp"
 #include "localization/compass/colour/colour_model.hpp"
 #include "localization/robot/camera_stream.hpp"
@@ -28,6 +29,13 @@ struct SensorsParams {
   double max_offset_s = 0.05;
 };
 
+/// What wheels and gyro contributed so far.
+struct WheelsReport {
+  std::int64_t samples = 0;  ///< of the wheels
+  bool gyro = false;
+  std::int64_t missing = 0;  ///< upward frames whose motion the wheels do not tell
+};
+
 /// What the sensors beside the upward camera contributed so far.
 struct SensorsReport {
   std::optional<compensation::TiltReport> tilt;  ///< nothing: tilt is not measured
@@ -35,6 +43,7 @@ struct SensorsReport {
   StreamReport forward;  ///< missing: all upward frames when no forward image came
   StreamReport omni;
   std::optional<HeadingReport> heading;  ///< nothing: no headings came
+  WheelsReport wheels;
 };
 
 /// The sensors of a robot beside its upward camera, as CeilingMapper and CeilingLocalizer take
@@ -54,6 +63,13 @@ class Sensors {
   /// @throws InputError on an invalid sample, one that is not later than the one before, another
   ///   frame than before, and when headings come from another sensor already.
   void AddHeading(const HeadingSample& sample, HeadingFrame frame);
+
+  /// Wheels: poses in a frame of their own, or speeds, not both. They may come later than the image
+  /// by 0.15 s. @throws InputError as wheels::DeadReckoning.
+  void AddOdometry(const wheels::OdometrySample& sample);
+  void AddOdometry(const wheels::WheelSpeedSample& sample);
+  /// A gyro gives the turn instead of the wheels. Needs odometry too.
+  void AddGyro(const wheels::GyroSample& sample);
 
   [[nodiscard]] SensorsReport Sensed() const;
 

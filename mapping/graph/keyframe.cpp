@@ -8,6 +8,8 @@ const char* ToString(TrackingStatus status) {
       return "tracking";
     case TrackingStatus::kRelocalized:
       return "relocalized";
+    case TrackingStatus::kPredicted:
+      return "predicted";
     case TrackingStatus::kAmbiguous:
       return "ambiguous";
     case TrackingStatus::kLost:

@@ -18,9 +18,15 @@ namespace ceilmap::graph {
 
 /// Whether a frame has a pose, and how it was obtained. A pose that is not known is reported as
 /// such, never guessed.
-enum class TrackingStatus { kTracking, kRelocalized, kAmbiguous, kLost };
+enum class TrackingStatus {
+  kTracking,
+  kRelocalized,
+  kPredicted,  ///< by wheels alone: the image did not contribute
+  kAmbiguous,
+  kLost
+};
 const char* ToString(TrackingStatus status);
-/// Whether the pose of a frame with this status can be used.
+/// Whether the frame's image determined its pose.
 constexpr bool HasPose(TrackingStatus status) {
   return status == TrackingStatus::kTracking || status == TrackingStatus::kRelocalized;
 }

@@ -47,6 +47,7 @@ graph::TrackingStatus Status(OGRFeature& row) {
   const std::string text = Text(row, "status");
   for (const graph::TrackingStatus status : {graph::TrackingStatus::kTracking,
                                              graph::TrackingStatus::kRelocalized,
+                                             graph::TrackingStatus::kPredicted,
                                              graph::TrackingStatus::kAmbiguous,
                                              graph::TrackingStatus::kLost}) {
     if (text == graph::ToString(status)) return status;

@@ -1,0 +1,48 @@
+#include "localization/wheel_prediction.hpp"
+
+#include <cmath>
+
+namespace ceilmap::localization {
+
+namespace {
+
+constexpr int kMaxContradictions = 10;
+// A pose that is less certain says little more than that the robot is in the building.
+constexpr double kMaxSigmaM = 2;
+constexpr double kMaxSigmaRad = 0.8;
+
+}  // namespace
+
+void WheelPrediction::Start(const PoseWithCovariance& measured) {
+  start_ = measured;
+  motion_ = wheels::RelativeMotion{};
+  contradictions_ = 0;
+}
+
+void WheelPrediction::Stop() {
+  motion_.reset();
+}
+
+void WheelPrediction::Move(const std::optional<wheels::RelativeMotion>& step) {
+  if (!motion_) return;
+  if (step) {
+    motion_ = *motion_ * *step;
+  } else {
+    motion_.reset();
+  }
+}
+
+void WheelPrediction::Contradict(bool contradicts) {
+  contradictions_ = contradicts ? contradictions_ + 1 : 0;
+  if (contradictions_ >= kMaxContradictions) Stop();
+}
+
+std::optional<PoseWithCovariance> WheelPrediction::Pose() const {
+  if (!motion_) return std::nullopt;
+  const PoseWithCovariance pose = motion_->From(start_);
+  const bool usable = pose.covariance(0, 0) + pose.covariance(1, 1) < kMaxSigmaM * kMaxSigmaM &&
+                      pose.covariance(2, 2) < kMaxSigmaRad * kMaxSigmaRad;
+  return usable ? std::optional(pose) : std::nullopt;
+}
+
+}  // namespace ceilmap::localization
