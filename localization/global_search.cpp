@@ -179,6 +179,8 @@ bool GlobalSearch::Move(const LevelFrame& frame,
   const std::optional<ChainStep> step = chain_.Next(level);
   new_keyframe_ = step && step->new_keyframe;
   const double unplaced_s = stamp_s - last_placed_s_.value_or(*begin_s_);
+  constexpr double kClearRatio = 0.6;
+  result.elsewhere = step && step->inlier_ratio > kClearRatio;
   const bool shows = step || chain_.Began() || hypotheses_.Follows();
   if (wheels) {
     MoveByWheels(frame, step, *wheels, unplaced_s);
@@ -372,7 +374,10 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   hypotheses_.Weigh();
   if (const Hypothesis* followed = hypotheses_.Followed()) {
     result.followed_pose = matcher_.WithTilt(followed->pose);
+    // Where the map shows as much of the place as the image does, some of it agrees.
+    if (followed->corrected_inliers > 0) result.elsewhere = false;
   }
+  if (hypotheses_.AnyMatch() || ambiguous_matches_ > 0) result.elsewhere = false;
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
   if (const Hypothesis* accepted = hypotheses_.Accepted()) {
     result.status = TrackingStatus::kRelocalized;

@@ -42,6 +42,9 @@ class GlobalSearch {
     bool followed = false;
     /// Of a robot that is followed, whether or not its pose is certain enough to be reported.
     std::optional<PoseWithCovariance> followed_pose;
+    /// The image shows clear structure, as the frame before, but not that of the place where the
+    /// robot is expected.
+    bool elsewhere = false;
     std::optional<StampedTwist2> velocity;  ///< mean since the frame before, at the middle
   };
   /// What is known of a frame beside its image.

@@ -163,6 +163,7 @@ void Hypotheses::MatchAll(
       Take(match->pose, h);
       h.misses = 0;
       h.recognised = false;
+      h.corrected_inliers = match->inliers;
       continue;
     }
     // The match must also agree with the expected pose.

@@ -60,6 +60,14 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+/// A match near an expected pose.
+struct ExpectedMatch {
+  MapMatch match;
+  PoseWithCovariance expected;
+  std::shared_ptr<const Patch> patch;
+  double sigmas = 0;  // between the two
+};
+
 }  // namespace
 
 struct Localizer::Impl {
@@ -108,17 +116,22 @@ struct Localizer::Impl {
   [[nodiscard]] bool CanBeAt(const PoseWithCovariance& pose, double stamp_s) const;
   [[nodiscard]] double InnovationSigma(const MapMatch& match,
                                        const PoseWithCovariance& expected) const;
-  bool Track(const CeilingFrame& frame,
+  bool Track(double stamp_s,
              const FrameSpectrum& spectrum,
              const std::optional<HeadingPrior>& yaw,
              Location& location);
-  bool MatchPredicted(const FrameSpectrum& spectrum, Location& location);
+  std::optional<ExpectedMatch> MatchAt(const PoseWithCovariance& expected_pose,
+                                       const FrameSpectrum& spectrum);
+  void Accept(const ExpectedMatch& found, const FrameSpectrum& spectrum, Location& location);
   [[nodiscard]] bool IsDropout(double stamp_s) const;
   void StartSearch();
   void Search(const LevelFrame& frame,
               const FrameSpectrum& spectrum,
               const GlobalSearch::Known& known,
               Location& location);
+  void PredictUnlessCarried(bool elsewhere,
+                            const std::optional<PoseWithCovariance>& followed,
+                            Location& location);
   void Predict(const std::optional<PoseWithCovariance>& followed, Location& location);
   void Place(const MapMatch& match, Location& location);
   void Remember(const CeilingFrame& frame, const LevelFrame& level, const Location& location);
@@ -245,59 +258,66 @@ double Localizer::Impl::InnovationSigma(const MapMatch& match,
 
 /// Expects the robot where its wheels say, else where it is at constant velocity. Where the ceiling
 /// is seen there only, the wheels have slipped.
-bool Localizer::Impl::Track(const CeilingFrame& frame,
+bool Localizer::Impl::Track(double stamp_s,
                             const FrameSpectrum& spectrum,
                             const std::optional<HeadingPrior>& yaw,
                             Location& location) {
-  const double elapsed_s = frame.stamp_s - motion.Stamp();
-  motion.Predict(frame.stamp_s);
-  const MotionModel at_constant_velocity = motion;
-  const std::optional<PoseWithCovariance> by_wheel = by_wheels.Pose();
-  if (by_wheel && frame.wheels && elapsed_s > 0) {
-    motion.Take(*by_wheel, Twist2::Mean(frame.wheels->T_before_now, elapsed_s));
-  }
+  motion.Predict(stamp_s);
   if (yaw) TakeHeading(*yaw);
-  if (MatchPredicted(spectrum, location)) return true;
-  if (!by_wheel || matcher.Verdict() == registration::Verdict::kNoTexture) return false;
-  const MotionModel by_wheels_alone = std::exchange(motion, at_constant_velocity);
-  if (MatchPredicted(spectrum, location)) {
-    ++report.slips;
-    return true;
+  constexpr double kPlausible = 3;  // standard deviations
+  const std::optional<PoseWithCovariance> by_wheel = by_wheels.Pose();
+  std::optional<ExpectedMatch> found;
+  if (by_wheel) found = MatchAt(*by_wheel, spectrum);
+  const bool textured = matcher.Verdict() != registration::Verdict::kNoTexture;
+  if (!by_wheel || (textured && !(found && found->sigmas < kPlausible))) {
+    const std::optional<ExpectedMatch> at_constant_velocity = MatchAt(motion.Pose(), spectrum);
+    const bool slipped = by_wheel && at_constant_velocity &&
+                         (!found || at_constant_velocity->sigmas < found->sigmas);
+    report.slips += slipped ? 1 : 0;
+    if (!found || slipped) found = at_constant_velocity;
   }
-  motion = by_wheels_alone;
-  return false;
+  if (!found) return false;
+  Accept(*found, spectrum, location);
+  return true;
 }
 
-bool Localizer::Impl::MatchPredicted(const FrameSpectrum& spectrum, Location& location) {
-  PoseWithCovariance expected = motion.Pose();
+/// Nothing where the image does not match the map near there.
+std::optional<ExpectedMatch> Localizer::Impl::MatchAt(const PoseWithCovariance& expected_pose,
+                                                      const FrameSpectrum& spectrum) {
+  PoseWithCovariance expected = expected_pose;
   // After a gap in time one match is not enough, because of perceptual aliasing.
   constexpr double kVagueRatio = 0.2;
-  if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return false;
+  if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return std::nullopt;
   ChoosePatch(expected);
-  if (!patch) return false;
+  if (!patch) return std::nullopt;
   std::optional<MapMatch> match = matcher.MatchAt(*patch, spectrum, expected);
   if (!match && matcher.HasDepth()) match = MatchFromBeside(spectrum, expected);
-  if (!match) return false;
+  if (!match) return std::nullopt;
   const double floor = MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel();
   const double floor_rad = MapMatcher::kMinPriorSigmaRad;
   expected.covariance.diagonal() +=
       Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
-  const double distance2 = SquaredDistance(match->pose, expected);
-  if (!(distance2 <= kMaxSigmas * kMaxSigmas)) return false;
-  const double innovation_sigma = InnovationSigma(*match, motion.Pose());
-  motion.Update(match->pose);
-  Place(*match, location);
+  const double sigmas = std::sqrt(SquaredDistance(match->pose, expected));
+  if (!(sigmas <= kMaxSigmas)) return std::nullopt;
+  return ExpectedMatch{*match, expected_pose, patch, sigmas};
+}
+
+void Localizer::Impl::Accept(const ExpectedMatch& found,
+                             const FrameSpectrum& spectrum,
+                             Location& location) {
+  patch = found.patch;
+  const double innovation_sigma = InnovationSigma(found.match, found.expected);
+  motion.Update(found.match.pose);
+  Place(found.match, location);
   location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() +=
       innovation_sigma * innovation_sigma;
-  CheckTilt(*patch, spectrum, *match, location);
+  CheckTilt(*patch, spectrum, found.match, location);
   location.pose.status = was_placed ? TrackingStatus::kTracking : TrackingStatus::kRelocalized;
-  if (matcher.LearnScale(*match)) {
-    patch.reset();
-    level_view.reset();
-    search.ChangeView();
-    report.scale = matcher.Scale();
-  }
-  return true;
+  if (!matcher.LearnScale(found.match)) return;
+  patch.reset();
+  level_view.reset();
+  search.ChangeView();
+  report.scale = matcher.Scale();
 }
 
 /// Nobody carries a robot away within a second: a pose found within that time must be reachable
@@ -336,18 +356,17 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   location.velocity = result.velocity;
   report.searches = search.Searches();
   if (result.status != TrackingStatus::kRelocalized) {
-    by_wheels.Contradict(result.status == TrackingStatus::kLost && !result.followed_pose &&
-                         matcher.Verdict() != registration::Verdict::kNoTexture);
-    Predict(result.followed_pose, location);
+    PredictUnlessCarried(result.elsewhere, result.followed_pose, location);
     return;
   }
   // The image did not contribute to a pose that is followed.
   if (result.followed && result.match.inliers == 0 && by_wheels.Pose()) {
-    Predict(result.match.pose, location);
+    PredictUnlessCarried(result.elsewhere, result.match.pose, location);
     return;
   }
   if (!CanBeAt(result.match.pose, frame.stamp_s)) {
     location.pose.status = TrackingStatus::kAmbiguous;
+    Predict(std::nullopt, location);
     return;
   }
   if (was_placed) location.pose.status = TrackingStatus::kTracking;
@@ -360,6 +379,21 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   }
   motion.Start(result.match.pose, frame.stamp_s, velocity);
   patch.reset();
+}
+
+/// A robot that sees clear structure, but not that of the place where its wheels say it is, was
+/// carried away: it may be anywhere.
+void Localizer::Impl::PredictUnlessCarried(bool elsewhere,
+                                           const std::optional<PoseWithCovariance>& followed,
+                                           Location& location) {
+  if (!by_wheels.Pose()) return;
+  by_wheels.Contradict(elsewhere);
+  if (by_wheels.Pose()) {
+    Predict(followed, location);
+  } else {
+    location.pose.status = TrackingStatus::kLost;
+    search.Reset();
+  }
 }
 
 /// Without a pose by the image: where the robot is by its wheels, if it has wheels.
@@ -461,7 +495,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   start = Clock::now();
   bool decided = false;
   if (me.motion.Started()) {
-    decided = me.Track(frame, spectrum, known.yaw, location);
+    decided = me.Track(frame.stamp_s, spectrum, known.yaw, location);
     if (!decided && me.IsDropout(frame.stamp_s)) {
       location.pose.status = TrackingStatus::kLost;
       me.Predict(std::nullopt, location);

@@ -90,10 +90,6 @@ void MotionModel::Predict(double stamp_s) {
   covariance_ = F * covariance_ * F.transpose() + Q;
 }
 
-void MotionModel::Take(const PoseWithCovariance& predicted, const Twist2& velocity) {
-  Start(predicted, stamp_s_, velocity);
-}
-
 void MotionModel::Update(const PoseWithCovariance& measured) {
   Eigen::Vector3d innovation(measured.pose.x - state_[0],
                              measured.pose.y - state_[1],

@@ -45,9 +45,6 @@ class MotionModel {
   [[nodiscard]] PoseWithCovariance PredictedAt(double stamp_s) const;
   /// Moves the state to a later time.
   void Predict(double stamp_s);
-  /// Replaces the prediction: pose and velocity are known otherwise, by wheels, for the state's
-  /// time.
-  void Take(const PoseWithCovariance& predicted, const Twist2& velocity);
   /// Updates the state with a measurement of the pose at the state's time. Its error is assumed
   /// independent of earlier measurements.
   void Update(const PoseWithCovariance& measured);

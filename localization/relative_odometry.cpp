@@ -83,6 +83,8 @@ std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
     R.topLeftCorner<2, 2>() = Pose2{0, 0, turn}.Rotation();
     result.covariance = 2 * R * step.tie.information.inverse() * R.transpose();
   }
+  const registration::Registration& found = step.registration;
+  if (found.blocks > 0) result.inlier_ratio = static_cast<double>(found.inliers) / found.blocks;
   result.new_keyframe = step.new_keyframe.has_value();
   result.disambiguated_by_prior = step.registration.disambiguated_by_prior;
   return result;

@@ -34,6 +34,8 @@ struct ChainStep {
   bool disambiguated_by_prior = false;
   /// Later frames are compared with this frame, or the one before it, instead of earlier ones.
   bool new_keyframe = false;
+  /// Fraction of the blocks that agree, 0..1.
+  double inlier_ratio = 0;
 };
 
 /// The robot's own motion, from frame to frame, while its pose on the map is unknown. It moves the
