@@ -1,6 +1,5 @@
 #include "localization/global_search.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -19,16 +18,6 @@ constexpr double kMaxStepS = 0.3;
 
 constexpr double kSigmas = 4;
 constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
-
-/// Mean of two independent estimates.
-PoseWithCovariance Fused(const PoseWithCovariance& a, const PoseWithCovariance& b) {
-  const Eigen::Matrix3d gain = (a.covariance + b.covariance).ldlt().solve(a.covariance).transpose();
-  const Eigen::Vector3d step =
-      gain *
-      Eigen::Vector3d(b.pose.x - a.pose.x, b.pose.y - a.pose.y, WrapAngle(b.pose.yaw - a.pose.yaw));
-  return {{a.pose.x + step.x(), a.pose.y + step.y(), WrapAngle(a.pose.yaw + step.z())},
-          a.covariance - gain * a.covariance};
-}
 
 /// The middle of two estimates of which one is wrong.
 PoseWithCovariance Either(const PoseWithCovariance& a, const PoseWithCovariance& b) {

@@ -51,7 +51,14 @@ FramePrediction::FramePrediction(const calib::CeilingView& view,
                                  const OdometryParams& params)
     : view_(view), params_(params), compass_(params.heading_noise_rad), T_last_placed_(origin) {}
 
-void FramePrediction::Begin(double stamp_s, const std::optional<HeadingPrior>& heading) {
+void FramePrediction::Begin(double stamp_s,
+                            const std::optional<HeadingPrior>& heading,
+                            const std::optional<wheels::RelativeMotion>& wheels) {
+  if (wheels_ && wheels) {
+    wheels_ = *wheels_ * *wheels;
+  } else {
+    wheels_.reset();
+  }
   gap_s_ = given_stamp_s_ ? stamp_s - *given_stamp_s_ : 0;
   given_stamp_s_ = stamp_s;
   stamp_s_ = stamp_s + missing_s_;
@@ -71,7 +78,29 @@ double FramePrediction::ElapsedSeconds() const {
   return last_placed_s_ ? std::abs(stamp_s_ - *last_placed_s_) : 0;
 }
 
+std::optional<ExpectedPose> FramePrediction::ByWheels() const {
+  if (!wheels_) return std::nullopt;
+  const Eigen::Matrix3d covariance = wheels_->Covariance();
+  const double sigma_px = std::sqrt(covariance(0, 0) + covariance(1, 1)) / view_.MetresPerPixel();
+  constexpr double kMinSigmaRad = 0.02;
+  return ExpectedPose{T_last_placed_ * wheels_->T_before_now,
+                      std::max(sigma_px, kMinPriorSigmaPx),
+                      std::max(std::sqrt(covariance(2, 2)), kMinSigmaRad)};
+}
+
+bool FramePrediction::WheelsAgree(const Pose2& T_map_base) const {
+  constexpr double kSigmas = 4;
+  const std::optional<ExpectedPose> expected = ByWheels();
+  if (!expected) return false;
+  const Off off = OffFrom(expected->T_map_base, T_map_base);
+  return off.px < kSigmas * expected->sigma_px && off.rad < kSigmas * expected->sigma_rad;
+}
+
 bool FramePrediction::CeilingHidden() const {
+  constexpr double kKnownRatio = 0.1;  // of the longer side
+  const std::optional<ExpectedPose> by_wheels = ByWheels();
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  if (by_wheels && by_wheels->sigma_px < kKnownRatio * side_px) return false;
   constexpr double kHalfImage = 0.5;
   const double elapsed_s = ElapsedSeconds();
   if (kUnseenSpeedRatio * elapsed_s <= kHalfImage) return false;
@@ -81,6 +110,10 @@ bool FramePrediction::CeilingHidden() const {
 }
 
 bool FramePrediction::MayBeNear() const {
+  if (const std::optional<ExpectedPose> by_wheels = ByWheels()) {
+    const double side_px = std::max(view_.Size().width, view_.Size().height);
+    return OffFrom(T_last_placed_, by_wheels->T_map_base).px < kMaxStrayedRatio * side_px;
+  }
   return kUnseenSpeedRatio * ElapsedSeconds() < kMaxStrayedRatio;
 }
 
@@ -231,6 +264,7 @@ std::optional<ExpectedPose> FramePrediction::Next() {
 }
 
 std::optional<ExpectedPose> FramePrediction::AfterLoss() const {
+  if (wheels_) return ByWheels();
   const auto compass = Turn();
   if (!compass || !last_placed_s_) return std::nullopt;
   const double side_px = std::max(view_.Size().width, view_.Size().height);
@@ -280,6 +314,7 @@ bool FramePrediction::MustHaveMoved() const {
 
 Pose2 FramePrediction::Restart() {
   recent_.clear();
+  if (wheels_) return T_last_placed_ * wheels_->T_before_now;
   const auto compass = Turn();
   if (!compass) return T_last_placed_;
   return {T_last_placed_.x, T_last_placed_.y, WrapAngle(T_last_placed_.yaw + compass->turn_rad)};
@@ -324,6 +359,7 @@ void FramePrediction::Placed(const Pose2& T_map_base, int steps) {
     if (steps == 1) fastest_px_s_ = std::max(fastest_px_s_, speed_px_s_);
   }
   T_last_placed_ = T_map_base;
+  wheels_ = wheels::RelativeMotion{};
   last_placed_s_ = stamp_s_;
   contradicted_ = false;
   constexpr double kRememberedSeconds = 0.4;

@@ -6,6 +6,7 @@
 #include "calib/base/heading.hpp"
 #include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
+#include "calib/wheels/relative_motion.hpp"
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/odometry.hpp"
 
@@ -31,8 +32,11 @@ class FramePrediction {
                   const Pose2& origin,
                   const OdometryParams& params);
 
-  /// Begins a new frame with its time stamp, and its heading if there is one.
-  void Begin(double stamp_s, const std::optional<HeadingPrior>& heading);
+  /// Begins a new frame with its time stamp, its heading if there is one, and the motion since the
+  /// frame before by the wheels, if it is known.
+  void Begin(double stamp_s,
+             const std::optional<HeadingPrior>& heading,
+             const std::optional<wheels::RelativeMotion>& wheels = {});
   /// Whether the position is unknown: since it was placed last, the robot may have moved by half an
   /// image. The current image then need not overlap the images of that time.
   [[nodiscard]] bool CeilingHidden() const;
@@ -54,6 +58,14 @@ class FramePrediction {
   [[nodiscard]] double InnovationSigma(const Pose2& T_map_base, int steps = 1) const;
   /// Pose predicted from the last motion; nothing where the frame before could not be placed.
   [[nodiscard]] std::optional<ExpectedPose> Next();
+  /// Motion since the last placed frame by the wheels; nothing where it is not known.
+  [[nodiscard]] const std::optional<wheels::RelativeMotion>& WheelMotion() const { return wheels_; }
+  /// Pose predicted by the wheels since the last placed frame.
+  [[nodiscard]] std::optional<ExpectedPose> ByWheels() const;
+  /// Whether the robot may be at a pose by its wheels. Wheels slip: a false answer is no proof.
+  [[nodiscard]] bool WheelsAgree(const Pose2& T_map_base) const;
+  /// Whether frames without a pose lie between this one and the last placed one.
+  [[nodiscard]] bool AfterGap() const { return !last_; }
   /// Pose predicted from the last known pose and the compass alone, after a loss; nothing without a
   /// compass. The position uncertainty grows fast with time.
   [[nodiscard]] std::optional<ExpectedPose> AfterLoss() const;
@@ -94,6 +106,7 @@ class FramePrediction {
   const calib::CeilingView& view_;
   const OdometryParams& params_;
   HeadingSince compass_;
+  std::optional<wheels::RelativeMotion> wheels_;  // since the last placed frame
   double stamp_s_ = 0;    // of the current frame, with the time of missing frames before it
   double missing_s_ = 0;  // that time
   double gap_s_ = 0;      // from the frame before, by their stamps

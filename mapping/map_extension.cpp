@@ -47,12 +47,12 @@ MappingResult MapExtension::Finish(const std::string& source,
                                file_.string(),
                                merged.results.back().reason));
   }
-  MappingResult result{{}, mapper.Report(), merged.graph.weak_spots};
-  std::copy_if(
-      merged.graph.trajectory.begin(),
-      merged.graph.trajectory.end(),
-      std::back_inserter(result.frames),
-      [this](const graph::FramePose& frame) { return frame.keyframe_id >= next_keyframe_id_; });
+  MappingResult result;
+  result.report = mapper.Report();
+  result.weak_spots = merged.graph.weak_spots;
+  for (const graph::FramePose& frame : merged.graph.trajectory) {
+    if (frame.keyframe_id >= next_keyframe_id_) result.Add(frame);
+  }
   result.report.grid = merged.grid;
   result.report.left_out = merged.left_out;
   result.report.quality = merged.graph.quality;

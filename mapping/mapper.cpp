@@ -21,6 +21,7 @@
 #include "mapping/missing_frames.hpp"
 #include "mapping/mosaic/map_builder.hpp"
 #include "mapping/places/place_descriptor.hpp"
+#include "mapping/predicted_frames.hpp"
 #include "mapping/repetition.hpp"
 
 namespace ceilmap::mapping {
@@ -127,6 +128,7 @@ struct Mapper::Impl {
   std::optional<calib::LevelView> level_view;  // made for the first tilted frame
   cv::Mat levelled;
   graph::MapGraph graph;
+  PredictedFrames predicted;
   std::vector<float> peaks;
   int consecutive_lost = 0;
   bool closed = false;
@@ -142,6 +144,7 @@ struct Mapper::Impl {
   void NoteLoss();
   void JoinSegments();
   void Rescale();
+  void InsertPredicted();
 };
 
 void Mapper::Impl::CloseLoops(NewKeyframe added) {
@@ -274,6 +277,19 @@ void Mapper::Impl::Rescale() {
   ScaleToReference(view.T_base_view(), graph);
 }
 
+/// Adds the frames whose poses the wheels know; they move with the keyframes before them.
+void Mapper::Impl::InsertPredicted() {
+  const std::vector<graph::FramePose> frames = predicted.Place(graph.trajectory);
+  report.predicted = static_cast<std::int64_t>(frames.size());
+  const auto middle = graph.trajectory.insert(graph.trajectory.end(), frames.begin(), frames.end());
+  std::inplace_merge(graph.trajectory.begin(),
+                     middle,
+                     graph.trajectory.end(),
+                     [](const graph::FramePose& a, const graph::FramePose& b) {
+                       return a.frame_index < b.frame_index;
+                     });
+}
+
 Mapper::Mapper(const calib::CeilingView& view,
                store::MapWriter& writer,
                const store::MapMetadata& metadata,
@@ -315,6 +331,11 @@ graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
   }
   me.KeepKeyframe(step);
   me.Count(step);
+  if (!graph::HasPose(step.pose.status) && context.wheels) {
+    me.predicted.Add(step.pose, *context.wheels);
+  } else {
+    me.predicted.Interrupt(step.pose, context.wheels ? &*context.wheels : nullptr);
+  }
   if (context.repeated > kMaxRepeated) ++me.report.repeated;
   return step.pose;
 }
@@ -349,6 +370,7 @@ void Mapper::Close() {
   me.report.keyframes = static_cast<std::int64_t>(me.graph.keyframes.size());
   me.report.quality = me.graph.quality;
   me.report.path = graph::PathLength(me.graph.trajectory);
+  me.InsertPredicted();
 }
 
 MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
@@ -367,7 +389,11 @@ MappingResult Mapper::Finish(const std::function<void(int, int)>& progress) {
     me.report.grid = written.grid;
     me.report.left_out = std::move(written.left_out);
   }
-  return {me.graph.trajectory, me.report, me.graph.weak_spots};
+  MappingResult result;
+  for (const graph::FramePose& frame : me.graph.trajectory) result.Add(frame);
+  result.report = me.report;
+  result.weak_spots = me.graph.weak_spots;
+  return result;
 }
 
 const std::vector<graph::FramePose>& Mapper::Trajectory() const {

@@ -30,6 +30,7 @@ struct MapperReport {
   std::int64_t tracked = 0;
   std::int64_t lost = 0;
   std::int64_t ambiguous = 0;
+  std::int64_t predicted = 0;        ///< part of lost and ambiguous: the wheels know the pose
   std::int64_t without_texture = 0;  ///< part of lost
   /// Tracked, but in a segment that is not connected with the map.
   std::int64_t unconnected = 0;
@@ -54,8 +55,15 @@ struct MapperReport {
 /// Result of mapping one recording.
 struct MappingResult {
   std::vector<graph::FramePose> frames;  ///< of the recording, on the map; placed ones only
+  /// Frames that were not placed, but whose pose the wheels know; the map has them too.
+  std::vector<graph::FramePose> predicted;
   MapperReport report;  ///< of the recording; grid, left_out, quality and keyframes of the map
   std::vector<graph::WeakSpot> weak_spots;  ///< of the whole map
+
+  /// Adds a frame of the trajectory to those of its kind.
+  void Add(const graph::FramePose& frame) {
+    (graph::HasPose(frame.status) ? frames : predicted).push_back(frame);
+  }
 };
 
 /// Builds a map from frames. Odometry registers frames against the last keyframe; images of

@@ -98,6 +98,8 @@ struct Odometry::Impl {
                     graph::Edge& edge);
   bool Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
   bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
+  [[nodiscard]] std::optional<graph::Edge> EdgeByWheels() const;
+  [[nodiscard]] bool LeftBehind() const;
   bool Restart(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
   void MakeKeyframe(const graph::FramePose& pose,
                     const FrameSpectrum& spectrum,
@@ -134,12 +136,39 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
                            OdometryStep& step) {
   step.registration = SelfRegister(spectrum);
   if (!step.registration.ok()) return false;
+  const std::optional<graph::Edge> by_wheels = EdgeByWheels();
   recent.Clear();
   step.pose.T_map_base = prediction.Restart();
   step.pose.status = graph::TrackingStatus::kTracking;
   MakeKeyframe(step.pose, spectrum, image, {}, false, step);
+  if (by_wheels) step.new_edges.push_back(*by_wheels);
   step.pose = step.new_keyframe->pose;
   return true;
+}
+
+/// From the latest keyframe to the next one, where the wheels know the way since the last placed
+/// frame. That frame was measured against a keyframe, exactly in comparison.
+std::optional<graph::Edge> Odometry::Impl::EdgeByWheels() const {
+  if (recent.Size() == 0 || !last_placed || !prediction.WheelMotion()) return std::nullopt;
+  const graph::Keyframe& from = recent.Latest().keyframe;
+  const PoseWithCovariance placed{from.pose.T_map_base.Inverse() * *last_placed};
+  const PoseWithCovariance now = prediction.WheelMotion()->From(placed);
+  constexpr double kLeastVariance = 1e-10;
+  graph::Edge edge;
+  edge.from = from.id;
+  edge.to = next_id;
+  edge.T_from_to = now.pose;
+  edge.information = (now.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
+  return edge;
+}
+
+/// Whether the robot has left the last keyframes behind, by its wheels.
+bool Odometry::Impl::LeftBehind() const {
+  constexpr double kCommon = 0.3;
+  const std::optional<ExpectedPose> by_wheels = prediction.ByWheels();
+  return by_wheels && OverlapOf(view,
+                                recent.Latest().keyframe.pose.T_map_base.Inverse() *
+                                    by_wheels->T_map_base) < kCommon;
 }
 
 MatchQuality Odometry::Impl::Quality(const RecentKeyframe& reference,
@@ -191,6 +220,11 @@ bool Odometry::Impl::Accepts(const RecentKeyframe& reference,
   steps = 1;
   if (RestsOnCopies(reference, spectrum, step)) return false;
   if (prediction.CeilingHidden()) return looks_right();
+  if (prediction.WheelsAgree(step.pose.T_map_base)) return true;
+  // In the dark the wheels may have slipped, but the ceiling alone says little after a gap.
+  if (prediction.WheelMotion() && prediction.AfterGap()) {
+    return !step.registration.disambiguated_by_prior && looks_right();
+  }
   if (prediction.CanBeAt(step.pose.T_map_base)) return true;
   const std::optional<int> found = prediction.StepsTo(step.pose.T_map_base);
   if (!found || step.registration.disambiguated_by_prior || !looks_right()) return false;
@@ -231,12 +265,18 @@ bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, gr
     if (step.registration.ok()) step.registration.verdict = Verdict::kNoMatch;
     return false;
   }
-  // After a loss the pose is unknown.
-  const std::optional<ExpectedPose> expected = prediction.Next();
+  // After a loss the pose is unknown without wheels.
+  const std::optional<ExpectedPose> by_wheels = prediction.ByWheels();
+  std::optional<ExpectedPose> expected = prediction.Next();
   const bool tilting = last && last->edge.to < 0 && last->pose.tilt.IsLevel() &&
                        !step.pose.tilt.IsLevel() && last->overlap < kLevelOverlap;
   if (tilting) Bridge(step);
-  if (TryReference(recent.Size() - 1, spectrum, expected, step, edge)) return true;
+  if (by_wheels && TryReference(recent.Size() - 1, spectrum, by_wheels, step, edge)) return true;
+  // Without wheels, and where they slip, the robot moves on as before.
+  if ((expected || !by_wheels) && TryReference(recent.Size() - 1, spectrum, expected, step, edge)) {
+    return true;
+  }
+  if (by_wheels) expected = by_wheels;
   // Frames may be missing before this one, and it is far from where it is expected.
   if (expected && TryReference(recent.Size() - 1, spectrum, std::nullopt, step, edge)) return true;
   // The last placed frame has more overlap with this one than the reference has: it becomes the
@@ -286,7 +326,8 @@ bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
                              const cv::Mat& image,
                              OdometryStep& step) {
   if (step.registration.verdict == Verdict::kNoTexture) return false;
-  if (++consecutive_lost < params.restart_after || step.new_keyframe) return false;
+  const bool waits = ++consecutive_lost < params.restart_after && !LeftBehind();
+  if (waits || step.new_keyframe) return false;
   const Registration failed = step.registration;
   if (Start(spectrum, image, step)) return true;
   step.registration = failed;
@@ -354,7 +395,7 @@ OdometryStep Odometry::Process(const cv::Mat& image,
   const FrameSpectrum spectrum = me.registrar.Complete(
       image, analyzed, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
   step.coding_loss = spectrum.CodingLoss();
-  me.prediction.Begin(stamp_s, context.heading);
+  me.prediction.Begin(stamp_s, context.heading, context.wheels);
   graph::Edge edge;
   bool placed = false;
   if (me.recent.Size() == 0) {

@@ -50,6 +50,7 @@ void ExportHeights(const store::MapReader& map, const fs::path& output) {
 std::string TrajectoryText(const store::MapReader& map) {
   std::vector<StampedPose> poses;
   for (const graph::FramePose& frame : map.ReadTrajectory()) {
+    if (!graph::HasPose(frame.status)) continue;
     poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
   }
   std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {

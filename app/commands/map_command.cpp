@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <numbers>
@@ -49,6 +50,7 @@ struct MapOptions {
   SensorOptions sensors;
   fs::path output;
   fs::path trajectory;
+  bool predicted = false;
   fs::path picture;
   live::WatchOptions watch;
   SettingsOptions settings;
@@ -69,6 +71,9 @@ void MapOptions::Resolve(files::Existing existing) {
   // The distortion of an uncalibrated lens looks like tilt.
   if (rig.IsNominal() && sensors.tilt.empty()) sensors.tilt = "none";
   sensors.Check(rig.IsGiven());
+  if (predicted && sensors.odometry.empty()) {
+    throw InputError("--predicted: poses are predicted by wheels; give --odometry");
+  }
   if (output.extension() != ".gpkg") {
     throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }
@@ -192,6 +197,17 @@ std::string UncompensatedText(const std::vector<graph::FramePose>& frames,
   return files::FormatTum(poses);
 }
 
+// In order of time.
+std::vector<graph::FramePose> FramesToWrite(const mapping::MappingResult& map, bool predicted) {
+  std::vector<graph::FramePose> frames = map.frames;
+  if (!predicted) return frames;
+  const auto middle = frames.insert(frames.end(), map.predicted.begin(), map.predicted.end());
+  std::inplace_merge(frames.begin(), middle, frames.end(), [](const auto& a, const auto& b) {
+    return a.frame_index < b.frame_index;
+  });
+  return frames;
+}
+
 // The map and the trajectories are written together, or none of them.
 void CommitFiles(const std::vector<graph::FramePose>& frames,
                  robot::CeilingMapper& mapper,
@@ -265,7 +281,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   }
   if (terminal::Interrupted()) ReportInterrupted(mapper);
   result.map = DrawMap(params, mapper);
-  CommitFiles(result.map.frames, mapper, params, summary);
+  CommitFiles(FramesToWrite(result.map, params.predicted), mapper, params, summary);
   ReportAssumptions(params.rig, source.Stamps());
   reports::ReportScalings(scaling, sensors);
 
@@ -315,6 +331,10 @@ Command AddMapCommand(CLI::App& program) {
   add("-o,--output", params->output, "The map", "MAP.gpkg")->required()->group(result);
   add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
   params->sensors.AddTo(cli, input, input, result);
+  cli.add_flag("--predicted",
+               params->predicted,
+               "Write poses also of frames that only --odometry places (status predicted)")
+      ->group(result);
   add("--picture", params->picture, "The mosaic as seen from above", "FILE.png")->group(result);
   params->watch.AddTo(cli, result);
   params->settings.AddTo(cli);

@@ -22,6 +22,7 @@ void Summarize(const MapResult& result, const std::string& unit, terminal::Summa
   Summarize(CoverageOf(result), summary.quality);
   summary.quality.update({{"tracked", report.tracked},
                           {"lost", report.lost},
+                          {"predicted", report.predicted},
                           {"ambiguous", report.ambiguous},
                           {"without_texture", report.without_texture},
                           {"missing", report.missing},
@@ -90,6 +91,10 @@ terminal::Table FactsOf(const MapResult& result, const std::string& unit, double
                     ? fmt::format("{} of them without texture", report.without_texture)
                     : ""});
   table.AddRow({"ambiguous", fmt::format("{}", report.ambiguous)});
+  if (report.predicted > 0) {
+    table.AddRow(
+        {"predicted", fmt::format("{}", report.predicted), "of both, whose poses the wheels know"});
+  }
   if (report.unconnected > 0) {
     table.AddRow({"unconnected",
                   fmt::format("{}", report.unconnected),

@@ -1,5 +1,6 @@
 #include "calib/base/pose_with_covariance.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -16,6 +17,15 @@ Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
   Eigen::Matrix3d by_second = Eigen::Matrix3d::Identity();
   by_second.topLeftCorner<2, 2>() = T_a_b.Rotation();
   return by_first * cov_a_b * by_first.transpose() + by_second * cov_b_c * by_second.transpose();
+}
+
+PoseWithCovariance Fused(const PoseWithCovariance& a, const PoseWithCovariance& b) {
+  const Eigen::Matrix3d gain = (a.covariance + b.covariance).ldlt().solve(a.covariance).transpose();
+  const Eigen::Vector3d step =
+      gain *
+      Eigen::Vector3d(b.pose.x - a.pose.x, b.pose.y - a.pose.y, WrapAngle(b.pose.yaw - a.pose.yaw));
+  return {{a.pose.x + step.x(), a.pose.y + step.y(), WrapAngle(a.pose.yaw + step.z())},
+          a.covariance - gain * a.covariance};
 }
 
 Pose2 Interpolate(const Pose2& T_a_b, double factor) {

@@ -21,6 +21,10 @@ Eigen::Matrix3d ComposeCovariance(const Pose2& T_a_b,
                                   const Pose2& T_b_c,
                                   const Eigen::Matrix3d& cov_b_c);
 
+/// The mean of two independent estimates of one pose, weighted by their information. At least one
+/// of the covariances must be positive definite.
+PoseWithCovariance Fused(const PoseWithCovariance& a, const PoseWithCovariance& b);
+
 /// The fraction `factor` of a motion at constant forward, lateral and angular velocity. The factor
 /// may exceed 1 or be negative (prediction). |yaw| of the motion must be below pi.
 Pose2 Interpolate(const Pose2& T_a_b, double factor);

@@ -7,6 +7,17 @@ PoseWithCovariance RelativeMotion::From(const PoseWithCovariance& before) const 
           ComposeCovariance(before.pose, before.covariance, T_before_now, Covariance())};
 }
 
+PoseWithCovariance RelativeMotion::Back(const PoseWithCovariance& now) const {
+  const Pose2 T_now_before = T_before_now.Inverse();
+  // Derivative of the inverse's (x, y, yaw).
+  Eigen::Matrix3d J = -Eigen::Matrix3d::Identity();
+  J.topLeftCorner<2, 2>() = -T_before_now.Rotation().transpose();
+  J.topRightCorner<2, 1>() = Eigen::Vector2d(-T_now_before.y, T_now_before.x) * -1;
+  return {
+      now.pose * T_now_before,
+      ComposeCovariance(now.pose, now.covariance, T_now_before, J * Covariance() * J.transpose())};
+}
+
 RelativeMotion operator*(const RelativeMotion& a, const RelativeMotion& b) {
   RelativeMotion both;
   both.T_before_now = a.T_before_now * b.T_before_now;

@@ -21,6 +21,8 @@ struct RelativeMotion {
   [[nodiscard]] Eigen::Matrix3d Covariance() const { return noise + common * common.transpose(); }
   /// Where the robot is after this motion from a pose whose errors are independent of it.
   [[nodiscard]] PoseWithCovariance From(const PoseWithCovariance& before) const;
+  /// Where it was before this motion led to a pose, likewise.
+  [[nodiscard]] PoseWithCovariance Back(const PoseWithCovariance& now) const;
 };
 
 /// The motion a, then b.
