@@ -213,8 +213,8 @@ struct Image {
   double exposure_drift = 0.0;    ///< amplitude of a slow sine
   double exposure_period_s = 30;  ///< of that sine
   std::vector<ExposureStep> exposure_steps;
-  /// Times without light, of all cameras: images that begin to be black at once, with noise. An
-  /// image belongs to the middle of its exposure.
+  /// Times in which the light is out, for all cameras: their images show noise only. The middle of
+  /// the exposure decides.
   std::vector<TimeSpan> dark;
   /// Time constant of an automatic exposure, which keeps the mean light of the upward images, cut
   /// off at white, at that of the first frame (FollowExposure); 0: none.
