@@ -21,6 +21,7 @@ double TurnBetween(const Eigen::Matrix3d& R_path_before, const Eigen::Matrix3d& 
 
 std::vector<GyroSample> MakeGyro(const Scene& scene, double until_s) {
   if (!scene.gyro) throw InputError("the scene has no gyro; give it the group 'gyro'");
+  scene.Validate();
   const Gyro& gyro = *scene.gyro;
   const SampleTimes times = TimesOf(scene, "gyro", gyro.rate_hz, until_s);
   const Motion motion(scene);

@@ -18,7 +18,8 @@ struct GyroSample {
 /// The samples of the scene's gyro from the start of the path to the true time `until_s`, the stamp
 /// of the last image. Being carried away is not in them. Depends on the scene and its seed only; a
 /// later `until_s` adds samples and changes none.
-/// @throws InputError when the scene has no gyro, or there are more than kMaxFrames samples.
+/// @throws InputError when the scene has no gyro or is not valid, its file has no poses
+/// (PathKind::kTum), or there are more than kMaxFrames samples.
 std::vector<GyroSample> MakeGyro(const Scene& scene, double until_s);
 
 }  // namespace ceilmap::simulator

@@ -6,6 +6,7 @@
 #include "calib/base/degrees.hpp"
 #include "samples/simulator/debris.hpp"
 #include "samples/simulator/path_points.hpp"
+#include "samples/simulator/tum_path.hpp"
 
 namespace ceilmap::simulator {
 namespace {
@@ -39,7 +40,7 @@ Isometry3d OnFloor(const Pose2& pose) {
 Motion::Motion(const Scene& scene)
     : debris_(scene.debris), axle_behind_mast_m_(scene.axle_behind_mast_m) {
   if (scene.path.kind == PathKind::kTum) {
-    MakeKnots(scene.path.poses);
+    MakeKnots(scene.path);
   } else {
     drive_.emplace(PathPoints(scene), scene.path);
   }
@@ -51,7 +52,9 @@ Motion::Motion(const Scene& scene)
   }
 }
 
-void Motion::MakeKnots(const std::vector<PathPose>& poses) {
+void Motion::MakeKnots(const Path& path) {
+  const std::vector<PathPose>& poses = path.poses;
+  CheckPosesRead(path);
   knots_.reserve(poses.size());
   for (const PathPose& pose : poses) {
     const Eigen::Matrix3d R = pose.T_map_base.linear();

@@ -24,7 +24,8 @@ Eigen::Isometry3d OnFloor(const Pose2& pose);
 /// stands still.
 class Motion {
  public:
-  /// @param scene  Valid; of PathKind::kTum with its poses, whose stamps increase.
+  /// @param scene  Valid; stamps of poses of a file increase. @throws InputError when the scene is
+  /// of PathKind::kTum and there are no poses.
   explicit Motion(const Scene& scene);
 
   /// T_path_base, tilted over debris. A planned drive is at rest before its start and after its
@@ -49,7 +50,7 @@ class Motion {
     Eigen::Isometry3d T_map_path;
   };
 
-  void MakeKnots(const std::vector<PathPose>& poses);
+  void MakeKnots(const Path& path);
   [[nodiscard]] Eigen::Isometry3d BetweenKnots(double time_s) const;
 
   Debris debris_;

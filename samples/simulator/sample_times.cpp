@@ -11,8 +11,8 @@
 namespace ceilmap::simulator {
 
 int SampleTimes::Parts() const {
-  constexpr double kLongest_s = 0.002;
-  return std::max(1, static_cast<int>(std::ceil(1 / rate_hz / kLongest_s - 1e-9)));
+  constexpr double kLongestS = 0.002;
+  return std::max(1, static_cast<int>(std::ceil(1 / rate_hz / kLongestS - 1e-9)));
 }
 
 SampleTimes TimesOf(const Scene& scene, const char* name, double rate_hz, double until_s) {

@@ -32,10 +32,13 @@ Isometry3d Near(const std::vector<Frame>& frames, std::size_t i, double offset_s
 
 }  // namespace
 
+void CheckPosesRead(const Path& path) {
+  if (!path.poses.empty()) return;
+  throw InputError(fmt::format("{}: no poses of it were read", path.tum_file.string()));
+}
+
 std::vector<Frame> TumFrames(const Scene& scene) {
-  if (scene.path.poses.empty()) {
-    throw InputError(fmt::format("{}: no poses of it were read", scene.path.tum_file.string()));
-  }
+  CheckPosesRead(scene.path);
   if (scene.path.poses.size() > static_cast<std::size_t>(kMaxFrames)) {
     throw InputError(fmt::format("{}: holds {} poses, must be at most {}; split it",
                                  scene.path.tum_file.string(),

@@ -140,6 +140,7 @@ bool InGap(const Wheels& wheels, double time_s) {
 
 std::vector<WheelSample> MakeWheels(const Scene& scene, double until_s) {
   if (!scene.wheels) throw InputError("the scene has no wheels; give it the group 'wheels'");
+  scene.Validate();
   const Wheels& wheels = *scene.wheels;
   const SampleTimes times = TimesOf(scene, "wheels", wheels.rate_hz, until_s);
   const double clock_s = StartStamp(scene) + wheels.clock_offset_s;

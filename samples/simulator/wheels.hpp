@@ -19,7 +19,8 @@ struct WheelSample {
 /// stamp of the last image. The first sample has no speed, because there is none before it. After a
 /// gap the speeds are the means over the gap. Depends on the scene and its seed only; a later
 /// `until_s` adds samples and changes none.
-/// @throws InputError when the scene has no wheels, or there are more than kMaxFrames samples.
+/// @throws InputError when the scene has no wheels or is not valid, its file has no poses
+/// (PathKind::kTum), or there are more than kMaxFrames samples.
 std::vector<WheelSample> MakeWheels(const Scene& scene, double until_s);
 
 }  // namespace ceilmap::simulator

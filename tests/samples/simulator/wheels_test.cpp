@@ -240,6 +240,9 @@ TEST(Wheels, AreAbsentUnlessTheSceneHasThem) {
   Scene scene = WheeledScene();
   scene.wheels->rate_hz = 1000;
   EXPECT_THROW((void)MakeWheels(scene, 100 + 2e4), InputError);
+  scene.path.kind = PathKind::kTum;
+  scene.path.tum_file = "drive.tum";  // without its poses
+  EXPECT_THROW((void)MakeWheels(scene, 110), InputError);
   scene.wheels.reset();
   EXPECT_THROW((void)MakeWheels(scene, 110), InputError);
   EXPECT_EQ(SensorTruthYaml(scene, {}), "");
