@@ -14,6 +14,7 @@
 #include "app/files/tum.hpp"
 #include "app/recordings/ordered_work.hpp"
 #include "app/recordings/recording_writer.hpp"
+#include "app/recordings/sensor_texts.hpp"
 #include "app/recordings/simulation_folder.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
@@ -23,9 +24,12 @@
 #include "calib/base/error.hpp"
 #include "calib/base/yaml_value.hpp"
 #include "samples/simulator/auto_exposure.hpp"
+#include "samples/simulator/gyro.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
 #include "samples/simulator/scene.hpp"
+#include "samples/simulator/sensor_truth.hpp"
+#include "samples/simulator/wheels.hpp"
 
 namespace fs = std::filesystem;
 
@@ -179,6 +183,29 @@ std::string PointsText(const std::vector<simulator::NamedPoint>& points) {
   return text;
 }
 
+// Wheels and gyro of the scene, during the images.
+struct MotionSensors {
+  MotionSensors(const simulator::Scene& scene, double until_s) {
+    if (scene.wheels) wheels = simulator::MakeWheels(scene, until_s);
+    if (scene.gyro) gyro = simulator::MakeGyro(scene, until_s);
+  }
+  std::vector<simulator::WheelSample> wheels;
+  std::vector<simulator::GyroSample> gyro;
+};
+
+recordings::SimulationFolder::Texts TextsOf(const simulator::Scene& scene,
+                                            const std::vector<StampedPose>& poses,
+                                            const MotionSensors& sensors) {
+  recordings::SimulationFolder::Texts texts;
+  texts.stamps = StampsText(poses);
+  texts.truth = files::FormatTum(poses);
+  texts.rig = simulator::RigYaml(scene);
+  if (scene.wheels) texts.odometry = recordings::OdometryText(sensors.wheels, scene.wheels->kind);
+  if (scene.gyro) texts.gyro = recordings::GyroText(sensors.gyro);
+  texts.sensor_truth = simulator::SensorTruthYaml(scene, sensors.gyro);
+  return texts;
+}
+
 // Length and extent of the path.
 struct PathExtent {
   explicit PathExtent(const std::vector<StampedPose>& poses) {
@@ -201,6 +228,7 @@ void ReportInterrupted(std::int64_t frames) {
 
 void Summarize(const RenderReport& report,
                const simulator::Scene& scene,
+               const MotionSensors& sensors,
                const PathExtent& path,
                double seconds,
                terminal::Summary& summary) {
@@ -223,10 +251,13 @@ void Summarize(const RenderReport& report,
     summary.quality["omni_width_px"] = scene.omni->width_px;
     summary.quality["omni_height_px"] = scene.omni->height_px;
   }
+  if (scene.wheels) summary.quality["odometry_samples"] = sensors.wheels.size();
+  if (scene.gyro) summary.quality["gyro_samples"] = sensors.gyro.size();
 }
 
 void PrintReport(const RenderReport& report,
                  const simulator::Scene& scene,
+                 const MotionSensors& sensors,
                  const PathExtent& path,
                  double seconds,
                  const terminal::Summary& summary) {
@@ -242,6 +273,13 @@ void PrintReport(const RenderReport& report,
   };
   add_images("forward images", scene.forward);
   add_images("omni images", scene.omni);
+  const auto add_samples = [&table](const char* name, std::size_t count, const auto& sensor) {
+    if (!sensor) return;
+    table.AddRow(
+        {name, fmt::format("{}", count), fmt::format("samples at {:g} Hz", sensor->rate_hz)});
+  };
+  add_samples("odometry", sensors.wheels.size(), scene.wheels);
+  add_samples("gyro", sensors.gyro.size(), scene.gyro);
   table.AddRow({"path", fmt::format("{:.3f}", path.length_m), "m"});
   const Eigen::Vector2d extent = path.ground.sizes();
   table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
@@ -269,17 +307,16 @@ void RunSimulate(const SimulateOptions& params,
   if (terminal::Interrupted()) ReportInterrupted(report.frames);
   frames.resize(static_cast<std::size_t>(report.frames));
   const std::vector<StampedPose> poses = TruePoses(frames);
-  summary.files = folder.Commit(recordings,
-                                {.stamps = StampsText(poses),
-                                 .truth = files::FormatTum(poses),
-                                 .rig = simulator::RigYaml(scene),
-                                 .scene = recordings::WithSeed(text, params.scene, scene.seed),
-                                 .points = PointsText(renderer.GetObjects().points)});
+  const MotionSensors sensors(scene, poses.back().stamp_s);
+  recordings::SimulationFolder::Texts texts = TextsOf(scene, poses, sensors);
+  texts.scene = recordings::WithSeed(text, params.scene, scene.seed);
+  texts.points = PointsText(renderer.GetObjects().points);
+  summary.files = folder.Commit(recordings, texts);
 
   const PathExtent path(poses);
   const double seconds = terminal::SecondsSince(start);
-  Summarize(report, scene, path, seconds, summary);
-  if (!common.quiet) PrintReport(report, scene, path, seconds, summary);
+  Summarize(report, scene, sensors, path, seconds, summary);
+  if (!common.quiet) PrintReport(report, scene, sensors, path, seconds, summary);
 }
 
 }  // namespace
@@ -289,7 +326,7 @@ Command AddSimulateCommand(CLI::App& program) {
       program,
       "simulate",
       "Renders recordings of a driving robot's upward camera in a room, with the true trajectory; "
-      "and of a forward camera and one under a mirror if the scene has them.",
+      "and of a forward camera, one under a mirror, wheels and a gyro if the scene has them.",
       "ceilmap simulate samples/scenes/hall.yaml -o hall\n"
       "  ceilmap map --rig hall/rig.yaml --up hall/up.mp4 --stamps hall/frames.csv -o hall.gpkg\n"
       "samples/simulator/README.md describes the scene file.");
@@ -313,8 +350,8 @@ Command AddSimulateCommand(CLI::App& program) {
          params->output,
          "Folder, created if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
          "forward.mp4 of a forward camera, omni.mp4 of a camera under a mirror, points.csv of "
-         "known "
-         "points of structures")
+         "known points of structures, odometry.csv of wheels, gyro.csv of a gyro, wheels.yaml with "
+         "the true values of both")
       ->required()
       ->type_name("DIR")
       ->group(result);

@@ -21,8 +21,14 @@ namespace {
 constexpr std::array kFormats{
     RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kImages};
 constexpr std::array kCameras{"up", "forward", "omni"};
-constexpr std::array<const char*, 5> kTextNames{
-    "frames.csv", "truth.tum", "rig.yaml", "scene.yaml", "points.csv"};
+constexpr std::array<const char*, 8> kTextNames{"frames.csv",
+                                                "truth.tum",
+                                                "rig.yaml",
+                                                "scene.yaml",
+                                                "points.csv",
+                                                "odometry.csv",
+                                                "gyro.csv",
+                                                "wheels.yaml"};
 
 // All names that images of a recording may have.
 std::vector<fs::path> ImageNames() {
@@ -118,8 +124,14 @@ fs::path SimulationFolder::ImagesOf(std::string_view camera) const {
 
 std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& recordings,
                                                const Texts& texts) {
-  const std::array<const std::string*, kTextNames.size()> contents{
-      &texts.stamps, &texts.truth, &texts.rig, &texts.scene, &texts.points};
+  const std::array<const std::string*, kTextNames.size()> contents{&texts.stamps,
+                                                                   &texts.truth,
+                                                                   &texts.rig,
+                                                                   &texts.scene,
+                                                                   &texts.points,
+                                                                   &texts.odometry,
+                                                                   &texts.gyro,
+                                                                   &texts.sensor_truth};
   std::vector<std::unique_ptr<AtomicFile>> files;
   for (std::size_t i = 0; i < contents.size(); ++i) {
     if (contents.at(i)->empty()) continue;
@@ -130,7 +142,9 @@ std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& rec
   names.reserve(recordings.size() + files.size());
   for (const Recording& recording : recordings) names.push_back(ImagesOf(recording.camera));
   std::error_code ignored;
-  if (texts.points.empty()) fs::remove(folder_ / "points.csv", ignored);
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    if (contents.at(i)->empty()) fs::remove(folder_ / kTextNames.at(i), ignored);
+  }
   for (const fs::path& name : ImageNames()) {
     const bool is_new = std::find(names.begin(), names.end(), folder_ / name) != names.end();
     if (!is_new) fs::remove_all(folder_ / name, ignored);

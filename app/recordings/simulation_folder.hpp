@@ -14,7 +14,8 @@ namespace ceilmap::recordings {
 
 /// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
 /// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`, and
-/// `points.csv` if there are known points. Other files in it are not changed.
+/// `points.csv` if there are known points; `odometry.csv`, `gyro.csv` and `wheels.yaml` if the
+/// robot has wheels and gyro. Other files in it are not changed.
 class SimulationFolder {
  public:
   /// The images of one camera, `up`, `forward` or `omni`.
@@ -22,12 +23,16 @@ class SimulationFolder {
     std::string camera;
     std::unique_ptr<RecordingWriter> writer;
   };
+  /// A file whose text is empty is not in the recording.
   struct Texts {
     std::string stamps;
     std::string truth;
     std::string rig;
     std::string scene;
-    std::string points;  ///< empty: the recording has no points.csv
+    std::string points;
+    std::string odometry;
+    std::string gyro;
+    std::string sensor_truth;  ///< wheels.yaml
   };
 
   /// Creates the folder if it is missing; without Commit() the destructor removes it again.
@@ -42,8 +47,8 @@ class SimulationFolder {
   /// Target of a camera's images.
   [[nodiscard]] std::filesystem::path ImagesOf(std::string_view camera) const;
 
-  /// Gives all files their names. Images of an earlier run under other names are removed, because
-  /// the new stamps are not theirs. @param recordings  Each writes ImagesOf() its camera.
+  /// Gives all files their names. Files of an earlier run that are not in this one are removed,
+  /// because the new stamps are not theirs. @param recordings  Each writes ImagesOf() its camera.
   /// @return the files. @throws RunError when the disk cannot be written.
   std::vector<std::filesystem::path> Commit(const std::vector<Recording>& recordings,
                                             const Texts& texts);

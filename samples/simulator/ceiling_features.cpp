@@ -10,6 +10,7 @@ namespace ceilmap::simulator {
 
 CeilingFeatures::CeilingFeatures(const Scene& scene) {
   if (scene.ceiling.kind == CeilingKind::kTiles) AddStains(scene);
+  AddPlainParts(scene.ceiling);
   AddMarks(scene);
 }
 
@@ -29,6 +30,19 @@ void CeilingFeatures::AddStains(const Scene& scene) {
   }
 }
 
+void CeilingFeatures::AddPlainParts(const Ceiling& ceiling) {
+  for (const PlainPart& part : ceiling.plain) {
+    Feature plain;
+    plain.shape = Shape::kPlain;
+    plain.x_m = part.x_m;
+    plain.y_m = part.y_m;
+    plain.half_length_m = part.length_m / 2;
+    plain.half_width_m = part.width_m / 2;
+    plain.brightness = ceiling.brightness;
+    features_.push_back(plain);
+  }
+}
+
 void CeilingFeatures::AddMarks(const Scene& scene) {
   Random random(scene.seed, Purpose::kMarks);
   for (int i = 0; i < scene.ceiling.marks; ++i) {
@@ -42,15 +56,20 @@ void CeilingFeatures::AddMarks(const Scene& scene) {
     features_.push_back(mark);
   }
   for (const Mark& given : scene.ceiling.marks_at) {
-    features_.push_back({Shape::kDisc, given.x_m, given.y_m, given.radius_m, 0, given.brightness});
+    features_.push_back(
+        {Shape::kDisc, given.x_m, given.y_m, given.radius_m, 0, given.brightness, 0, 0});
   }
 }
 
 double CeilingFeatures::Feature::Reach() const {
+  if (shape == Shape::kPlain) return std::max(half_length_m, half_width_m);
   return shape == Shape::kStain ? 1.5 * radius_m : radius_m;
 }
 
 double CeilingFeatures::Feature::Distance(double dx, double dy) const {
+  if (shape == Shape::kPlain) {
+    return std::max(std::abs(dx) - half_length_m, std::abs(dy) - half_width_m);
+  }
   const double radius = std::hypot(dx, dy);
   if (shape == Shape::kRing) return std::abs(radius - 0.8 * radius_m) - 0.2 * radius_m;
   if (shape == Shape::kDisc) return radius - radius_m;

@@ -8,8 +8,8 @@
 
 namespace ceilmap::simulator {
 
-/// Single features on the texture of the ceiling: stains, which darken it, and marks, which cover
-/// it.
+/// Single features on the texture of the ceiling: stains, which darken it, then plain parts and
+/// marks, which cover it.
 class CeilingFeatures {
  public:
   explicit CeilingFeatures(const Scene& scene);
@@ -18,14 +18,16 @@ class CeilingFeatures {
   void Draw(const SampleGrid& grid, cv::Mat& light) const;
 
  private:
-  enum class Shape { kDisc, kRing, kBar, kStain };
+  enum class Shape { kDisc, kRing, kBar, kStain, kPlain };
   struct Feature {
     Shape shape = Shape::kDisc;
     double x_m = 0;
     double y_m = 0;
     double radius_m = 0;
     double angle_rad = 0;
-    double brightness = 0;  // of a mark; depth of a stain
+    double brightness = 0;     // of a mark; depth of a stain
+    double half_length_m = 0;  // of a plain part, along x
+    double half_width_m = 0;
     [[nodiscard]] double Reach() const;
     /// Signed distance of a mark's outline in metres, < 0 inside.
     [[nodiscard]] double Distance(double dx, double dy) const;
@@ -34,6 +36,7 @@ class CeilingFeatures {
   };
   static void DrawOne(const Feature& feature, const SampleGrid& grid, cv::Mat& light);
   void AddStains(const Scene& scene);
+  void AddPlainParts(const Ceiling& ceiling);
   void AddMarks(const Scene& scene);
 
   std::vector<Feature> features_;

@@ -45,6 +45,7 @@ cv::Mat Sensitivity(const Image& image, const Camera& camera, Random random) {
 ImageModel::ImageModel(const Scene& scene, const Camera& camera, PixelPurposes purposes)
     : image_(scene.image),
       start_stamp_s_(scene.path.start_stamp_s),
+      scene_start_s_(StartStamp(scene)),
       exposure_time_s_(camera.exposure_time_s),
       readout_time_s_(camera.readout_time_s),
       warmth_(purposes.warmth),
@@ -63,6 +64,9 @@ ImageModel::ImageModel(const Scene& scene, const Camera& camera, PixelPurposes p
 }
 
 double ImageModel::Gain(const Frame& frame) const {
+  for (const TimeSpan& dark : image_.dark) {
+    if (dark.Contains(frame.stamp_s - scene_start_s_)) return 0;
+  }
   const double turns = (frame.stamp_s - start_stamp_s_) / image_.exposure_period_s;
   const double slow = std::sin(2 * std::numbers::pi * turns);
   const double drift = 1 + image_.exposure_drift * slow;

@@ -28,7 +28,8 @@ class ImageModel {
   /// @return CV_8UC1. The noise depends only on the scene's seed and frame.index.
   [[nodiscard]] cv::Mat Develop(cv::Mat& light, const Frame& frame) const;
 
-  /// Exposure factor of a frame: gain, drift, steps and automatic exposure; and white balance.
+  /// Exposure factor of a frame: gain, drift, steps and automatic exposure; and white balance. 0 in
+  /// the dark.
   [[nodiscard]] double Gain(const Frame& frame) const;
 
   /// Light of the lamps in an image row, relative to its mean over time.
@@ -40,6 +41,7 @@ class ImageModel {
 
   Image image_;
   double start_stamp_s_;
+  double scene_start_s_;  // of the dark times
   double exposure_time_s_;
   double readout_time_s_;
   int warmth_;

@@ -6,8 +6,7 @@
 namespace ceilmap::simulator {
 
 std::vector<PaintedSolid> MoversAt(const Scene& scene, double stamp_s, double shift_s) {
-  const double start_s = scene.path.kind == PathKind::kTum ? 0 : scene.path.start_stamp_s;
-  const double now_s = stamp_s - start_s;
+  const double now_s = stamp_s - StartStamp(scene);
   std::vector<PaintedSolid> seen;
   for (const Mover& m : scene.movers) {
     if (now_s < m.from_s || now_s > m.to_s) continue;

@@ -35,8 +35,9 @@ double PathLength(const Scene& scene);
 inline constexpr std::int64_t kMaxFrames = 10'000'000;
 
 /// The frames of the scene's drive, at most path.max_frames if that is not 0. Never empty.
-/// @throws InputError when the scene is not valid, the drive is longer than kMaxFrames, or the
-/// given poses (PathKind::kTum) cannot be used.
+/// @throws InputError when the scene is not valid, the drive is longer than kMaxFrames, the given
+/// poses (PathKind::kTum) cannot be used, or the robot is carried to where a camera leaves the
+/// room.
 std::vector<Frame> MakePath(const Scene& scene);
 
 }  // namespace ceilmap::simulator

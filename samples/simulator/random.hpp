@@ -35,6 +35,8 @@ enum class Purpose : std::uint64_t {
   kForwardBlueGain,
   kForwardBlueNoise,
   kStructures,
+  kWheels,
+  kGyro,
 };
 
 /// A well-mixed 64-bit number from any number (splitmix64, Steele et al. 2014).

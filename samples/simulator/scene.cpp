@@ -180,6 +180,41 @@ void CheckMovers(const Scene& scene) {
   }
 }
 
+/// Rows of a list. @param key  Its name.
+template <typename Row, std::size_t N>
+void CheckRows(const std::string& key,
+               const std::vector<Row>& rows,
+               const std::array<Field<Row>, N>& fields) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    CheckGroup(fmt::format("{}[{}]", key, i).c_str(), rows[i], fields);
+  }
+}
+
+void CheckTimes(const std::string& key, const std::vector<TimeSpan>& spans) {
+  CheckRows(key, spans, kTimeSpanFields);
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    if (spans[i].to_s >= spans[i].from_s) continue;
+    Fail(fmt::format("{}[{}].to_s", key, i), spans[i].to_s, "not before from_s");
+  }
+}
+
+void CheckMotionSensors(const Scene& scene) {
+  if (scene.wheels) {
+    CheckGroup("wheels", *scene.wheels, kWheelsFields);
+    CheckRows("wheels.slips", scene.wheels->slips, kSlipFields);
+    CheckTimes("wheels.gaps", scene.wheels->gaps);
+  }
+  if (scene.gyro) CheckGroup("gyro", *scene.gyro, kGyroFields);
+}
+
+void CheckCarried(const std::vector<Carried>& carried) {
+  CheckRows("path.carried", carried, kCarriedFields);
+  for (std::size_t i = 1; i < carried.size(); ++i) {
+    if (carried[i].at_s > carried[i - 1].at_s) continue;
+    Fail(fmt::format("path.carried[{}].at_s", i), carried[i].at_s, "later than the row before");
+  }
+}
+
 void CheckPath(const Scene& scene) {
   const Path& path = scene.path;
   if (path.kind == PathKind::kTum) {
@@ -244,10 +279,14 @@ void Scene::Validate() const {
     Fail("ceiling.lamp_every_y", ceiling.lamp_every_y, "lamp_every_x, since symmetric is true");
   }
   CheckMarks(*this);
+  CheckRows("ceiling.plain", ceiling.plain, kPlainFields);
   CheckBoxes(*this);
   CheckStructures(*this);
   CheckMovers(*this);
   CheckSteps("picture", image.exposure_steps);
+  CheckTimes("picture.dark", image.dark);
+  CheckMotionSensors(*this);
+  CheckCarried(path.carried);
   CheckPath(*this);
   CheckDebris(*this);
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calib/lens.hpp"
+#include "samples/simulator/motion_sensors.hpp"
 #include "samples/simulator/structure.hpp"
 
 namespace ceilmap::simulator {
@@ -52,6 +53,15 @@ struct Mark {
   double brightness = 0.1;
 };
 
+/// A rectangle of the ceiling, along its axes, of one brightness, Ceiling::brightness: it covers
+/// the texture, joints, lamps and stains there, but no marks.
+struct PlainPart {
+  double x_m = 0;  ///< centre
+  double y_m = 0;
+  double length_m = 1;  ///< along x
+  double width_m = 1;   ///< along y
+};
+
 struct Ceiling {
   CeilingKind kind = CeilingKind::kTiles;
   double brightness = 0.40;
@@ -82,6 +92,7 @@ struct Ceiling {
   /// Additional marks at random positions, of random size and shape (all kinds).
   int marks = 0;
   std::vector<Mark> marks_at;
+  std::vector<PlainPart> plain;
 };
 
 /// A box with horizontal bottom, e.g. a lamp, a beam, a duct or a pillar.
@@ -202,6 +213,9 @@ struct Image {
   double exposure_drift = 0.0;    ///< amplitude of a slow sine
   double exposure_period_s = 30;  ///< of that sine
   std::vector<ExposureStep> exposure_steps;
+  /// Times in which the light is out, for all cameras: their images show noise only. The middle of
+  /// the exposure decides.
+  std::vector<TimeSpan> dark;
   /// Time constant of an automatic exposure, which keeps the mean light of the upward images, cut
   /// off at white, at that of the first frame (FollowExposure); 0: none.
   double auto_exposure_lag_s = 0;
@@ -234,6 +248,16 @@ struct PathPose {
   Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
 };
 
+/// The robot is lifted at a time and stands at another pose of base in map an instant later, from
+/// where it goes on as if nothing had happened: its motion relative to itself is that of the path.
+/// It does not depend on the rows before.
+struct Carried {
+  double at_s = 0;
+  double x_m = 0;
+  double y_m = 0;
+  double yaw_deg = 0;
+};
+
 /// The robot's drive. All kinds but kTum start and end at rest and turn at corners: on the spot if
 /// corner_radius_m is 0, else on arcs without stopping.
 struct Path {
@@ -255,6 +279,7 @@ struct Path {
   double acceleration_m_s2 = 0.6;
   double turn_rate_deg_s = 45;
   double turn_acceleration_deg_s2 = 90;
+  std::vector<Carried> carried;  ///< in the order of their times
 };
 
 /// Debris on the floor that the robot drives over. Its tilt is a raised cosine of the axle's
@@ -287,8 +312,7 @@ struct Mover {
   double blue = 0.2;
   double velocity_x_m_s = 0;
   double velocity_y_m_s = 0;
-  /// Time of its presence, from..to, in seconds after path.start_stamp_s; with PathKind::kTum in
-  /// the file's own time.
+  /// Time of its presence, from..to (StartStamp).
   double from_s = 0;
   double to_s = 0;
 };
@@ -309,12 +333,20 @@ struct Scene {
   std::vector<Structure> structures;
   std::vector<Mover> movers;
   Path path;
-  Debris debris;  ///< not with PathKind::kTum, whose poses contain the tilt
+  std::optional<Wheels> wheels;  ///< recorded if present
+  std::optional<Gyro> gyro;      ///< recorded if present
+  Debris debris;                 ///< not with PathKind::kTum, whose poses contain the tilt
 
   /// @throws InputError `KEY = VALUE, must be ...` for the first field out of range, and for
   /// inconsistent parts (camera above the ceiling, area outside the room, ...).
   void Validate() const;
 };
+
+/// Stamp of the scene's time 0, from which movers, dark times, slips etc. count: the start of the
+/// path; with PathKind::kTum 0, so that the times are the file's own.
+inline double StartStamp(const Scene& scene) {
+  return scene.path.kind == PathKind::kTum ? 0 : scene.path.start_stamp_s;
+}
 
 /// Reads a scene strictly: an unknown key, a key that the selected kind does not use, a wrong type
 /// or an invalid value is an error. The result is valid.

@@ -213,6 +213,57 @@ constexpr std::array kBumpFields{
     Field<Bump>{"roll_deg", &Bump::roll_deg, -30, 30},
 };
 
+constexpr std::array kCarriedFields{
+    Field<Carried>{"at_s", &Carried::at_s, -1e10, 1e10},
+    Field<Carried>{"x_m", &Carried::x_m, 0, 2000},
+    Field<Carried>{"y_m", &Carried::y_m, 0, 2000},
+    Field<Carried>{"yaw_deg", &Carried::yaw_deg, -360, 360},
+};
+
+constexpr std::array kPlainFields{
+    Field<PlainPart>{"x_m", &PlainPart::x_m, -1e4, 1e4},
+    Field<PlainPart>{"y_m", &PlainPart::y_m, -1e4, 1e4},
+    Field<PlainPart>{"length_m", &PlainPart::length_m, 1e-3, 1e4},
+    Field<PlainPart>{"width_m", &PlainPart::width_m, 1e-3, 1e4},
+};
+
+constexpr std::array kTimeSpanFields{
+    Field<TimeSpan>{"from_s", &TimeSpan::from_s, -1e10, 1e10},
+    Field<TimeSpan>{"to_s", &TimeSpan::to_s, -1e10, 1e10},
+};
+
+constexpr std::array kSlipFields{
+    Field<Slip>{"at_s", &Slip::at_s, -1e10, 1e10},
+    Field<Slip>{"duration_s", &Slip::duration_s, 0.001, 1e6},
+    Field<Slip>{"extra_m", &Slip::extra_m, -1000, 1000},
+};
+
+/// An error of -2 reverses the sign, one of 999 gives millimetres.
+constexpr double kLeastError = -10;
+constexpr double kMostError = 10000;
+
+constexpr std::array kWheelsFields{
+    Field<Wheels>{"rate_hz", &Wheels::rate_hz, 0.1, 1000},
+    Field<Wheels>{"track_width_m", &Wheels::track_width_m, 0.01, 10},
+    Field<Wheels>{"scale_error_ratio", &Wheels::scale_error_ratio, kLeastError, kMostError},
+    Field<Wheels>{
+        "track_width_error_ratio", &Wheels::track_width_error_ratio, kLeastError, kMostError},
+    Field<Wheels>{"translation_noise_per_sqrt_m", &Wheels::translation_noise_per_sqrt_m, 0, 1},
+    Field<Wheels>{"yaw_noise_deg_per_sqrt_m", &Wheels::yaw_noise_deg_per_sqrt_m, 0, 180},
+    Field<Wheels>{"yaw_noise_ratio", &Wheels::yaw_noise_ratio, 0, 1},
+    Field<Wheels>{"encoder_step_m", &Wheels::encoder_step_m, 0, 1},
+    Field<Wheels>{"clock_offset_s", &Wheels::clock_offset_s, -1e10, 1e10},
+};
+
+constexpr std::array kGyroFields{
+    Field<Gyro>{"rate_hz", &Gyro::rate_hz, 0.1, 1000},
+    Field<Gyro>{"noise_deg_s", &Gyro::noise_deg_s, 0, 1000},
+    Field<Gyro>{"bias_deg_s", &Gyro::bias_deg_s, -1000, 1000},
+    Field<Gyro>{"bias_walk_deg_s_per_sqrt_s", &Gyro::bias_walk_deg_s_per_sqrt_s, 0, 100},
+    Field<Gyro>{"scale_error_ratio", &Gyro::scale_error_ratio, kLeastError, kMostError},
+    Field<Gyro>{"clock_offset_s", &Gyro::clock_offset_s, -1e10, 1e10},
+};
+
 /// Names of the kinds in files, in the order of the enumerators.
 constexpr std::array<std::string_view, 4> kCeilingKinds{"tiles", "periodic", "plaster", "uniform"};
 constexpr std::array<std::string_view, 5> kPathKinds{
@@ -220,6 +271,7 @@ constexpr std::array<std::string_view, 5> kPathKinds{
 constexpr std::array<std::string_view, 10> kStructureKinds{
     "truss", "duct", "round_duct", "tray", "pipe", "pendant", "tube", "skylight", "fan", "crane"};
 constexpr std::array<std::string_view, 2> kAxes{"x", "y"};
+constexpr std::array<std::string_view, 2> kWheelsKinds{"pose", "speeds"};
 
 /// Columns of the lists, for messages.
 constexpr std::string_view kMarkColumns = "x_m, y_m, radius_m, brightness";
@@ -228,6 +280,10 @@ constexpr std::string_view kBoxColumns =
 constexpr std::string_view kStepColumns = "frame, gain";
 constexpr std::string_view kPointColumns = "x, y";
 constexpr std::string_view kBumpColumns = "start_m, length_m, pitch_deg, roll_deg";
+constexpr std::string_view kCarriedColumns = "at_s, x_m, y_m, yaw_deg";
+constexpr std::string_view kPlainColumns = "x_m, y_m, length_m, width_m";
+constexpr std::string_view kTimeSpanColumns = "from_s, to_s";
+constexpr std::string_view kSlipColumns = "at_s, duration_s, extra_m";
 constexpr std::string_view kMoverColumns =
     "x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, red, green, blue, velocity_x_m_s, "
     "velocity_y_m_s, from_s, to_s";

@@ -99,6 +99,28 @@ void ReadRows(const YamlValue& value,
   for (std::size_t i = 0; i < count; i += Columns) add(&numbers[i]);
 }
 
+/// Rows of the numbers of `fields`, in their order. Values out of range are reported here, where
+/// their line is known.
+template <typename Row, std::size_t N>
+void ReadFieldRows(const YamlValue& value,
+                   std::string_view key,
+                   std::string_view columns,
+                   const std::array<Field<Row>, N>& fields,
+                   std::vector<Row>& rows) {
+  ReadRows<N>(value, key, columns, [&](const double* numbers) {
+    Row row;
+    for (const Field<Row>& field : fields) {
+      const double number = *numbers++;
+      row.*std::get<double Row::*>(field.member) = number;
+      if (number >= field.least && number <= field.most) continue;
+      value.At(key, "").Fail(
+          fmt::format("rows with {} {}", field.key, RangeText(field.least, field.most)),
+          fmt::format("correct {:g}", number));
+    }
+    rows.push_back(row);
+  });
+}
+
 template <std::size_t N>
 void ReadArray(const YamlValue& value, std::string_view key, std::array<double, N>& numbers) {
   const auto given = value.Find(key);
@@ -116,7 +138,7 @@ void RefuseUnless(bool used, const YamlValue& value, const char* key, std::strin
 }
 
 void ReadCeiling(const YamlValue& value, Ceiling& ceiling) {
-  AllowOnly(value, kCeilingFields, "kind", "marks_at");
+  AllowOnly(value, kCeilingFields, "kind", "marks_at", "plain");
   ReadKind(value, kCeilingKinds, ceiling.kind);
   ReadFields(value,
              kCeilingFields,
@@ -126,6 +148,7 @@ void ReadCeiling(const YamlValue& value, Ceiling& ceiling) {
   ReadRows<4>(value, "marks_at", kMarkColumns, [&](const double* row) {
     ceiling.marks_at.push_back({row[0], row[1], row[2], row[3]});
   });
+  ReadFieldRows(value, "plain", kPlainColumns, kPlainFields, ceiling.plain);
 }
 
 void ReadFixtures(const YamlValue& value, Fixtures& fixtures) {
@@ -148,13 +171,14 @@ void ReadSteps(const YamlValue& value, std::vector<ExposureStep>& steps) {
 }
 
 void ReadImage(const YamlValue& value, Image& image) {
-  AllowOnly(value, kImageFields, "exposure_steps");
+  AllowOnly(value, kImageFields, "exposure_steps", "dark");
   ReadFields(value, kImageFields, image);
   ReadSteps(value, image.exposure_steps);
+  ReadFieldRows(value, "dark", kTimeSpanColumns, kTimeSpanFields, image.dark);
 }
 
 void ReadPath(const YamlValue& value, Path& path) {
-  AllowOnly(value, kPathFields, "kind", "area_m", "waypoints_m", "tum_file");
+  AllowOnly(value, kPathFields, "kind", "area_m", "waypoints_m", "tum_file", "carried");
   ReadKind(value, kPathKinds, path.kind);
   const std::string_view kind = kPathKinds.at(static_cast<std::size_t>(path.kind));
   ReadFields(value, kPathFields, path, Only(path.kind), kind);
@@ -167,6 +191,7 @@ void ReadPath(const YamlValue& value, Path& path) {
   ReadRows<2>(value, "waypoints_m", kPointColumns, [&](const double* row) {
     path.waypoints_m.push_back({row[0], row[1]});
   });
+  ReadFieldRows(value, "carried", kCarriedColumns, kCarriedFields, path.carried);
   if (const auto file = value.Find("tum_file")) {
     path.tum_file = value.File().parent_path() / file->Text();
   }
@@ -208,28 +233,6 @@ void ReadOmni(const YamlValue& value, OmniCamera& camera) {
   ReadSteps(value, camera.exposure_steps);
 }
 
-/// Rows of the numbers of `fields`, in their order. Values out of range are reported here, where
-/// their line is known.
-template <typename Row, std::size_t N>
-void ReadFieldRows(const YamlValue& value,
-                   std::string_view key,
-                   std::string_view columns,
-                   const std::array<Field<Row>, N>& fields,
-                   std::vector<Row>& rows) {
-  ReadRows<N>(value, key, columns, [&](const double* numbers) {
-    Row row;
-    for (const Field<Row>& field : fields) {
-      const double number = *numbers++;
-      row.*std::get<double Row::*>(field.member) = number;
-      if (number >= field.least && number <= field.most) continue;
-      value.At(key, "").Fail(
-          fmt::format("rows with {} {}", field.key, RangeText(field.least, field.most)),
-          fmt::format("correct {:g}", number));
-    }
-    rows.push_back(row);
-  });
-}
-
 Structure ReadStructure(const std::string& name, const YamlValue& value) {
   AllowOnly(value, kStructureFields, "kind", "along");
   StructureKind kind = StructureKind::kPipe;
@@ -244,6 +247,19 @@ Structure ReadStructure(const std::string& name, const YamlValue& value) {
              Only(kind),
              kStructureKinds.at(static_cast<std::size_t>(kind)));
   return structure;
+}
+
+void ReadWheels(const YamlValue& value, Wheels& wheels) {
+  AllowOnly(value, kWheelsFields, "kind", "slips", "gaps");
+  ReadKind(value, kWheelsKinds, wheels.kind);
+  ReadFields(value, kWheelsFields, wheels);
+  ReadFieldRows(value, "slips", kSlipColumns, kSlipFields, wheels.slips);
+  ReadFieldRows(value, "gaps", kTimeSpanColumns, kTimeSpanFields, wheels.gaps);
+}
+
+void ReadGyro(const YamlValue& value, Gyro& gyro) {
+  AllowOnly(value, kGyroFields);
+  ReadFields(value, kGyroFields, gyro);
 }
 
 void ReadDebris(const YamlValue& value, const Path& path, Debris& debris) {
@@ -270,6 +286,8 @@ Scene ReadAll(const YamlValue& root) {
                   "structures",
                   "movers",
                   "path",
+                  "wheels",
+                  "gyro",
                   "debris"});
   Scene scene;
   if (const auto seed = root.Find("seed")) {
@@ -298,6 +316,8 @@ Scene ReadAll(const YamlValue& root) {
   ReadFieldRows(root, "movers", kMoverColumns, kMoverFields, scene.movers);
   if (const auto image = root.Find("picture")) ReadImage(*image, scene.image);
   if (const auto path = root.Find("path")) ReadPath(*path, scene.path);
+  if (const auto wheels = root.Find("wheels")) ReadWheels(*wheels, scene.wheels.emplace());
+  if (const auto gyro = root.Find("gyro")) ReadGyro(*gyro, scene.gyro.emplace());
   if (const auto debris = root.Find("debris")) ReadDebris(*debris, scene.path, scene.debris);
   return scene;
 }

@@ -3,40 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string>
 
 #include "calib/base/error.hpp"
+#include "samples/simulator/cameras_inside.hpp"
 
 namespace ceilmap::simulator {
 namespace {
 
 using Eigen::Isometry3d;
-
-[[noreturn]] void Fail(const Scene& scene, const Frame& frame, const std::string& what) {
-  throw InputError(
-      fmt::format("{}: at {:.6f} s {}", scene.path.tum_file.string(), frame.stamp_s, what));
-}
-
-template <typename AnyCamera>
-void CheckInside(const Scene& scene, const AnyCamera& camera, const Frame& frame) {
-  const Eigen::Vector3d p =
-      frame.T_map_base * Eigen::Vector3d(camera.mount_x_m, camera.mount_y_m, camera.mount_height_m);
-  const Room& room = scene.room;
-  const bool inside = p.x() > 0 && p.x() < room.length_m && p.y() > 0 && p.y() < room.width_m &&
-                      p.z() > 0 && p.z() < room.height_m;
-  if (!inside) {
-    Fail(scene,
-         frame,
-         fmt::format("the camera at ({:.3f}, {:.3f}, {:.3f}) must be inside of the room of {:g} x "
-                     "{:g} x {:g} m",
-                     p.x(),
-                     p.y(),
-                     p.z(),
-                     room.length_m,
-                     room.width_m,
-                     room.height_m));
-  }
-}
 
 /// Interpolates between two poses.
 Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double fraction) {
@@ -58,10 +32,13 @@ Isometry3d Near(const std::vector<Frame>& frames, std::size_t i, double offset_s
 
 }  // namespace
 
+void CheckPosesRead(const Path& path) {
+  if (!path.poses.empty()) return;
+  throw InputError(fmt::format("{}: no poses of it were read", path.tum_file.string()));
+}
+
 std::vector<Frame> TumFrames(const Scene& scene) {
-  if (scene.path.poses.empty()) {
-    throw InputError(fmt::format("{}: no poses of it were read", scene.path.tum_file.string()));
-  }
+  CheckPosesRead(scene.path);
   if (scene.path.poses.size() > static_cast<std::size_t>(kMaxFrames)) {
     throw InputError(fmt::format("{}: holds {} poses, must be at most {}; split it",
                                  scene.path.tum_file.string(),
@@ -75,11 +52,12 @@ std::vector<Frame> TumFrames(const Scene& scene) {
     frame.index = static_cast<std::int64_t>(frames.size());
     frame.stamp_s = pose.stamp_s;
     frame.T_map_base = pose.T_map_base;
-    CheckInside(scene, scene.camera, frame);
-    if (scene.forward) CheckInside(scene, *scene.forward, frame);
-    if (scene.omni) CheckInside(scene, *scene.omni, frame);
+    CheckCamerasInside(scene, frame, scene.path.tum_file.string());
     if (!frames.empty() && !(frame.stamp_s > frames.back().stamp_s)) {
-      Fail(scene, frame, "the timestamp must be later than the one before");
+      throw InputError(
+          fmt::format("{}: at {:.6f} s the timestamp must be later than the one before",
+                      scene.path.tum_file.string(),
+                      frame.stamp_s));
     }
     frames.push_back(frame);
   }

@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "app/files/csv.hpp"
 #include "app/files/stamps.hpp"
 #include "app/files/tum.hpp"
 #include "calib/rig.hpp"
@@ -208,6 +209,63 @@ TEST_F(SimulateTest, StructuresHaveKnownPoints) {
   EXPECT_EQ(refused.exit_code, 2);
   // The same scene without structures: the earlier points go.
   Simulate({"scene.yaml", "-o", "run", "--frames", "2", "--force"});
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
+}
+
+// A CSV file of numbers, without its header.
+std::vector<std::vector<double>> NumbersIn(const std::filesystem::path& file) {
+  const files::CsvTable table = files::ReadCsv(file);
+  std::vector<std::vector<double>> rows;
+  for (const files::CsvTable::Row& row : table.rows) {
+    rows.emplace_back();
+    for (std::size_t i = 0; i < row.fields.size(); ++i) rows.back().push_back(table.Number(row, i));
+  }
+  return rows;
+}
+
+TEST_F(SimulateTest, WheelsAndGyroAreRecorded) {
+  const std::string gyro = "gyro: {bias_deg_s: 1, clock_offset_s: 5}\n";
+  folder_.Write("wheels.yaml",
+                kScene + gyro + "wheels: {scale_error_ratio: 0.02, encoder_step_m: 0.001}\n");
+  const support::ProcessResult result =
+      Run({"simulate", "wheels.yaml", "-o", "run", "--summary", "s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  for (const char* text : {"odometry", "281", "samples at 50 Hz", "561", "run/wheels.yaml"}) {
+    EXPECT_THAT(result.out, HasSubstr(text));
+  }
+  EXPECT_THAT(NamesIn("run"),
+              ElementsAre("frames.csv",
+                          "gyro.csv",
+                          "odometry.csv",
+                          "rig.yaml",
+                          "scene.yaml",
+                          "truth.tum",
+                          "up.mp4",
+                          "wheels.yaml"));
+  EXPECT_EQ(nlohmann::json::parse(ReadAll(folder_ / "s.json"))["quality"]["gyro_samples"], 561);
+
+  EXPECT_THAT(ReadAll(folder_ / "run/odometry.csv"),
+              testing::StartsWith(
+                  "timestamp,x,y,yaw_deg\n100.000000,0.000000,0.000000,0.000000\n100.020000,"));
+  const std::vector<std::vector<double>> poses = NumbersIn(folder_ / "run/odometry.csv");
+  EXPECT_NEAR(poses.back()[0], 105.6, 1e-6);            // the last image
+  EXPECT_NEAR(poses.back()[1], 1.02 * 3.6, 4 * 0.019);  // four standard deviations
+
+  EXPECT_THAT(ReadAll(folder_ / "run/gyro.csv"),
+              testing::StartsWith("timestamp,omega_z\n105.000000,0.017453293\n"));
+  EXPECT_NEAR(NumbersIn(folder_ / "run/gyro.csv").back()[1], 0.017453293, 1e-9);
+  EXPECT_THAT(ReadAll(folder_ / "run/wheels.yaml"), HasSubstr("  travel_ratio: 1.02 "));
+
+  // Speeds instead of poses, and no gyro: its file goes.
+  folder_.Write("speeds.yaml", kScene + "wheels: {kind: speeds, gaps: [1, 2]}\n");
+  Simulate({"speeds.yaml", "-o", "run", "--force", "--quiet"});
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run/gyro.csv"));
+  EXPECT_THAT(ReadAll(folder_ / "run/odometry.csv"), testing::StartsWith("timestamp,v,omega\n"));
+  EXPECT_EQ(NumbersIn(folder_ / "run/odometry.csv").size(), 281U - 51U);
+  const support::ProcessResult refused = Run({"simulate", "scene.yaml", "-o", "run"});
+  EXPECT_EQ(refused.exit_code, 2);
+  Simulate({"scene.yaml", "-o", "run", "--force", "--frames", "2"});
   EXPECT_THAT(NamesIn("run"),
               ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
 }

@@ -96,6 +96,29 @@ TEST(RendererImage, ExposureStepsHoldUntilTheNext) {
   EXPECT_EQ(grey(7), 170);  // of 0.4
 }
 
+TEST(RendererImage, InTheDarkThereIsOnlyNoise) {
+  Scene scene = LivelyScene();
+  scene.forward = DefaultForwardCamera();
+  scene.omni.emplace();
+  const Frame lit = StillFrame(7, {6, 4, 0}, 104.99);
+  const Frame dark = StillFrame(8, {6, 4, 0}, 105);
+  const cv::Mat before = Renderer(scene).Render(lit);
+  scene.image.dark = {{5, 7.5}};
+  const Renderer renderer(scene);
+  EXPECT_TRUE(Same(renderer.Render(lit), before));
+  EXPECT_GT(MeanAndDeviation(renderer.RenderForward(lit)).first, 20);
+  EXPECT_LT(MeanAndDeviation(renderer.RenderForward(dark)).first, 2);
+  EXPECT_LT(MeanAndDeviation(renderer.RenderOmni(dark)).first, 2);
+  const cv::Mat black = renderer.Render(dark);
+  const auto [mean, deviation] = MeanAndDeviation(black);
+  EXPECT_LT(mean, 2);
+  EXPECT_GT(deviation, 0.2);
+  // It does not depend on the place: nothing of the room is left.
+  EXPECT_TRUE(Same(black, renderer.Render(StillFrame(8, {3, 2, 1}, 107.5))));
+  EXPECT_FALSE(Same(black, renderer.Render(StillFrame(9, {6, 4, 0}, 106))));
+  EXPECT_GT(MeanAndDeviation(renderer.Render(StillFrame(9, {6, 4, 0}, 107.51))).first, 20);
+}
+
 TEST(RendererImage, VignettingDarkensTheCornersByItsShare) {
   Scene scene = PlainScene();
   scene.image.vignetting = 0.5;
@@ -195,6 +218,26 @@ TEST(CeilingPattern, PlasterIsWeakAndWithoutEnd) {
   const auto [mean, deviation] = MeanAndDeviation(all);
   EXPECT_NEAR(mean, 0.4, 0.004);
   EXPECT_NEAR(deviation, 0.4 * 0.02, 0.4 * 0.004);
+}
+
+TEST(CeilingPattern, PlainPartsHideTheTextureAndNothingElse) {
+  Scene scene;
+  scene.ceiling.stains_per_100m2 = 50;
+  const cv::Mat textured = CeilingPattern(scene, 0.01).Sample(0, 0, 600, 400);
+  scene.ceiling.plain = {{3, 2, 1.005, 2}};
+  scene.ceiling.marks_at = {{3.2, 2.2, 0.1, 0.7}};
+  const cv::Mat light = CeilingPattern(scene, 0.01).Sample(0, 0, 600, 400);
+  // x from 2.4975 to 3.5025 m, y from 1 to 3 m.
+  const cv::Rect inside(250, 100, 100, 200);
+  cv::Mat outside(light.size(), CV_8UC1, cv::Scalar(255));
+  outside(cv::Rect(249, 99, 102, 202)).setTo(0);
+  EXPECT_EQ(cv::norm(light, textured, cv::NORM_INF, outside), 0);
+  EXPECT_FLOAT_EQ(light.at<float>(220, 320), 0.7F);
+  cv::Mat plain = light(inside).clone();
+  plain(cv::Rect(55, 105, 30, 30)).setTo(0.4F);  // the mark
+  EXPECT_NEAR(cv::norm(plain, cv::Mat(plain.size(), CV_32FC1, 0.4F), cv::NORM_INF), 0, 1e-6);
+  const float before = textured.at<float>(200, 249);  // a quarter of the sample is covered
+  EXPECT_NEAR(light.at<float>(200, 249), before + 0.25F * (0.4F - before), 1e-4);
 }
 
 TEST(CeilingPattern, JointHasItsWidth) {

@@ -142,6 +142,67 @@ TEST(Scene, FaultsOfOmniCameraAndMoversAreSaid) {
   EXPECT_THAT(ErrorOf("ceiling: {symmetric: true}"), HasSubstr("absent for kind tiles"));
 }
 
+TEST(Scene, WheelsAndGyroAreThereWhenTheirGroupsAre) {
+  EXPECT_FALSE(ParseScene("seed: 5", "s.yaml").wheels.has_value());
+  EXPECT_FALSE(ParseScene("seed: 5", "s.yaml").gyro.has_value());
+  const Scene plain = ParseScene("wheels: {}\ngyro: {}", "s.yaml");
+  ASSERT_TRUE(plain.wheels.has_value());
+  ASSERT_TRUE(plain.gyro.has_value());
+  EXPECT_EQ(plain.wheels->kind, WheelsKind::kPose);
+  EXPECT_EQ(plain.wheels->translation_noise_per_sqrt_m, 0.01);
+  EXPECT_EQ(plain.gyro->rate_hz, 100);
+  const Scene scene = ParseScene(R"(wheels:
+  kind: speeds
+  track_width_m: 0.3
+  slips: [10, 0.5, 0.4,  20, 1, -0.1]
+  gaps: [3, 4]
+gyro: {bias_deg_s: -0.5, bias_walk_deg_s_per_sqrt_s: 0.01}
+)",
+                                 "s.yaml");
+  EXPECT_EQ(scene.wheels->kind, WheelsKind::kSpeeds);
+  EXPECT_EQ(scene.wheels->track_width_m, 0.3);
+  ASSERT_EQ(scene.wheels->slips.size(), 2U);
+  EXPECT_EQ(scene.wheels->slips[1].at_s, 20);
+  EXPECT_EQ(scene.wheels->slips[1].extra_m, -0.1);
+  ASSERT_EQ(scene.wheels->gaps.size(), 1U);
+  EXPECT_EQ(scene.wheels->gaps[0].to_s, 4);
+  EXPECT_EQ(scene.gyro->bias_deg_s, -0.5);
+  EXPECT_EQ(scene.gyro->bias_walk_deg_s_per_sqrt_s, 0.01);
+}
+
+TEST(Scene, ReadsDarkTimesPlainPartsAndWhereTheRobotIsCarried) {
+  const Scene scene = ParseScene(
+      "ceiling: {plain: [5, 4, 4, 2]}\npicture: {dark: [3, 4, 6, 9]}\n"
+      "path: {carried: [7, 2, 3, 90]}",
+      "s.yaml");
+  ASSERT_EQ(scene.ceiling.plain.size(), 1U);
+  EXPECT_EQ(scene.ceiling.plain[0].y_m, 4);
+  EXPECT_EQ(scene.ceiling.plain[0].width_m, 2);
+  ASSERT_EQ(scene.image.dark.size(), 2U);
+  EXPECT_EQ(scene.image.dark[1].from_s, 6);
+  ASSERT_EQ(scene.path.carried.size(), 1U);
+  EXPECT_EQ(scene.path.carried[0].at_s, 7);
+  EXPECT_EQ(scene.path.carried[0].yaw_deg, 90);
+}
+
+TEST(Scene, FaultsOfWheelsAndGyroAreSaid) {
+  EXPECT_EQ(ErrorOf("wheels:\n  kind: pulses"),
+            "s.yaml:2: wheels.kind = pulses, must be one of pose, speeds; correct it");
+  EXPECT_EQ(ErrorOf("gyro: {rate_hz: 0}"),
+            "s.yaml:1: gyro.rate_hz = 0, must be in [0.1, 1000]; correct the value");
+  EXPECT_EQ(ErrorOf("wheels: {slips: [1, 0, 0.4]}"),
+            "s.yaml:1: wheels.slips = [1, 0, 0.4], must be rows with duration_s in [0.001, 1e+06]; "
+            "correct 0");
+  EXPECT_EQ(ErrorOf("wheels: {gaps: [4, 3]}"),
+            "s.yaml: wheels.gaps[0].to_s = 3, must be not before from_s");
+  EXPECT_EQ(ErrorOf("picture: {dark: [4, 3]}"),
+            "s.yaml: picture.dark[0].to_s = 3, must be not before from_s");
+  EXPECT_EQ(ErrorOf("path: {carried: [4, 3, 3, 0, 4, 5, 5, 0]}"),
+            "s.yaml: path.carried[1].at_s = 4, must be later than the row before");
+  EXPECT_THAT(ErrorOf("wheels: {noise: 1}"), HasSubstr("wheels.noise = 1 is an unknown key"));
+  EXPECT_THAT(ErrorOf("ceiling: {plain: [1, 2, 0, 1]}"), HasSubstr("rows with length_m in"));
+}
+
 TEST(Scene, ReadsStructuresWithTheDefaultsOfTheirKind) {
   const Scene scene = ParseScene(R"(structures:
   supply: {kind: duct, along: y, height_m: 2, at_m: 3, spacing_m: 4, runs: 2}
@@ -207,7 +268,8 @@ TEST(Scene, SamplesAreValid) {
                            "plant-debris",
                            "beams-corridor",
                            "fans",
-                           "living-room"}) {
+                           "living-room",
+                           "wheels"}) {
     const fs::path file = scenes / (std::string(name) + ".yaml");
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }
