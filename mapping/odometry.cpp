@@ -73,6 +73,7 @@ struct Odometry::Impl {
   std::optional<LastFrame> last;
   std::optional<Pose2> last_placed;  // kept during a loss
   int consecutive_lost = 0;
+  FrameSpectrum unplaced;        // the frame before, which was not placed; empty: it was
   int steps = 1;                 // FramePrediction::StepsTo of the current frame
   double best_inlier_ratio = 0;  // of the frames that the reference placed
 
@@ -100,7 +101,11 @@ struct Odometry::Impl {
   bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
   [[nodiscard]] std::optional<graph::Edge> EdgeByWheels() const;
   [[nodiscard]] bool LeftBehind() const;
-  bool Restart(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
+  [[nodiscard]] bool Persists(const FrameSpectrum& spectrum, const std::optional<Pose2>& step);
+  bool Restart(const FrameSpectrum& spectrum,
+               const cv::Mat& image,
+               const std::optional<wheels::RelativeMotion>& wheels,
+               OdometryStep& step);
   void MakeKeyframe(const graph::FramePose& pose,
                     const FrameSpectrum& spectrum,
                     const cv::Mat& image,
@@ -322,12 +327,30 @@ bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, 
   return false;
 }
 
+/// Whether an image shows what the image before it showed. Noise in the dark fits to itself only.
+/// @param step  Motion since that image, if it is known.
+bool Odometry::Impl::Persists(const FrameSpectrum& spectrum, const std::optional<Pose2>& step) {
+  if (unplaced.empty()) return false;
+  RecentKeyframe before;
+  before.spectrum = unplaced;
+  constexpr double kSigmaRatio = 0.1;  // of the longer side
+  constexpr double kSigmaRad = 0.2;
+  const double side_px = std::max(view.Size().width, view.Size().height);
+  const ExpectedPose expected{step.value_or(Pose2{}), kSigmaRatio * side_px, kSigmaRad};
+  if (MatchFrame(view, before, spectrum, expected, registrar).ok()) return true;
+  const Registration anywhere = MatchFrame(view, before, spectrum, std::nullopt, registrar);
+  return anywhere.ok() || anywhere.verdict == Verdict::kAmbiguous;
+}
+
 bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
                              const cv::Mat& image,
+                             const std::optional<wheels::RelativeMotion>& wheels,
                              OdometryStep& step) {
   if (step.registration.verdict == Verdict::kNoTexture) return false;
   const bool waits = ++consecutive_lost < params.restart_after && !LeftBehind();
   if (waits || step.new_keyframe) return false;
+  const std::optional<Pose2> motion = wheels ? std::optional(wheels->T_before_now) : std::nullopt;
+  if (!Persists(spectrum, motion)) return false;
   const Registration failed = step.registration;
   if (Start(spectrum, image, step)) return true;
   step.registration = failed;
@@ -357,6 +380,7 @@ void Odometry::Impl::Remember(const OdometryStep& step,
   prediction.Placed(step.pose.T_map_base, steps);
   last_placed = step.pose.T_map_base;
   consecutive_lost = 0;
+  unplaced = {};
   if (!last) last.emplace();
   last->pose = step.pose;
   last->spectrum = spectrum;
@@ -402,7 +426,7 @@ OdometryStep Odometry::Process(const cv::Mat& image,
     placed = me.Start(spectrum, image, step);
   } else {
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
-             me.Restart(spectrum, image, step);
+             me.Restart(spectrum, image, context.wheels, step);
     if (placed && !step.new_keyframe && me.WantsKeyframe(step)) {
       me.LearnStandard(spectrum, step);
       me.MakeKeyframe(
@@ -415,6 +439,7 @@ OdometryStep Odometry::Process(const cv::Mat& image,
                            ? graph::TrackingStatus::kAmbiguous
                            : graph::TrackingStatus::kLost;
     me.last.reset();
+    me.unplaced = spectrum;
     me.prediction.Lost();
     return step;
   }

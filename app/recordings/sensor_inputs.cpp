@@ -23,6 +23,10 @@ SensorInputs::SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& 
   if (!files.odometry.empty()) odometry_ = files::ReadOdometry(files.odometry);
   if (!files.gyro.empty()) gyro_ = files::ReadGyro(files.gyro);
   if (!rig) return;
+  // Speeds are those of the axle, which stands behind base.
+  for (wheels::WheelSpeedSample& sample : odometry_.speeds) {
+    sample.velocity.linear_m_s.y() = sample.velocity.yaw_rad_s * rig->axle_behind_mast_m;
+  }
   const auto keep = [this](const std::optional<calib::CameraScaling>& scaling) {
     if (scaling) scalings_.push_back(*scaling);
   };
