@@ -337,7 +337,10 @@ bool Odometry::Impl::Persists(const FrameSpectrum& spectrum, const std::optional
   constexpr double kSigmaRad = 0.2;
   const double side_px = std::max(view.Size().width, view.Size().height);
   const ExpectedPose expected{step.value_or(Pose2{}), kSigmaRatio * side_px, kSigmaRad};
-  if (MatchFrame(view, before, spectrum, expected, registrar).ok()) return true;
+  // One in 150 pairs of noise fits near an expected motion, with a seventh of the blocks.
+  constexpr double kMinRatio = 0.25;
+  const Registration near = MatchFrame(view, before, spectrum, expected, registrar);
+  if (near.ok() && near.inliers >= kMinRatio * near.blocks) return true;
   const Registration anywhere = MatchFrame(view, before, spectrum, std::nullopt, registrar);
   return anywhere.ok() || anywhere.verdict == Verdict::kAmbiguous;
 }
