@@ -122,29 +122,34 @@ std::optional<double> DeadReckoning::GyroYaw(double stamp_s) const {
   return before.yaw_rad + rate_rad_s * elapsed_s;
 }
 
-std::optional<double> DeadReckoning::GyroTurn(double from_s, double to_s) const {
+std::optional<double> DeadReckoning::GyroTurn(double from_s, double to_s, double bias_rad_s) const {
   if (gyro_.empty()) return std::nullopt;
   const std::optional<double> from = GyroYaw(from_s);
   const std::optional<double> to = GyroYaw(to_s);
   if (!from || !to) return std::nullopt;
-  return *to - *from - model_.gyro_bias_rad_s.value * (to_s - from_s);
+  return *to - *from - bias_rad_s * (to_s - from_s);
 }
 
-/// A step of constant velocity with its errors. The true step lies along the chord that is turned
-/// by half the turn.
-RelativeMotion DeadReckoning::Step(const Pose2& reported, double from_s, double to_s) const {
+/// A step of constant velocity with its errors, at times of the wheels' clock. The true step lies
+/// along the chord that is turned by half the turn.
+RelativeMotion DeadReckoning::Step(const Pose2& reported,
+                                   double from_s,
+                                   double to_s,
+                                   const WheelModel& model) const {
   const double elapsed_s = to_s - from_s;
   const Eigen::Vector2d ahead =
-      model_.scale.value * (Pose2{0, 0, -reported.yaw / 2}.Rotation() *
-                            reported.Translation());  // in the axes at the step's middle
-  const std::optional<double> by_gyro = GyroTurn(from_s, to_s);
-  const double turn = by_gyro.value_or(model_.turn_scale.value * reported.yaw);
+      model.scale.value * (Pose2{0, 0, -reported.yaw / 2}.Rotation() *
+                           reported.Translation());  // in the axes at the step's middle
+  const double gyro_s = model.gyro_late_s.value - model.late_s.value;
+  const std::optional<double> by_gyro =
+      GyroTurn(from_s + gyro_s, to_s + gyro_s, model.gyro_bias_rad_s.value);
+  const double turn = by_gyro.value_or(model.turn_scale.value * reported.yaw);
   const Eigen::Matrix2d R = Pose2{0, 0, turn / 2}.Rotation();
   const Eigen::Vector2d step = R * ahead;
   RelativeMotion motion;
   motion.T_before_now = {step.x(), step.y(), WrapAngle(turn)};
   const double length = ahead.norm();
-  const double along2 = model_.travel_noise_per_sqrt_m * model_.travel_noise_per_sqrt_m * length;
+  const double along2 = model.travel_noise_per_sqrt_m * model.travel_noise_per_sqrt_m * length;
   if (length > 0) {
     const Eigen::Vector2d direction = step / length;
     const double across2 = kAcrossRatio * kAcrossRatio * along2;
@@ -152,19 +157,25 @@ RelativeMotion DeadReckoning::Step(const Pose2& reported, double from_s, double 
                                          (along2 - across2) * direction * direction.transpose();
   }
   const auto squared = [](double noise, double amount) { return noise * noise * amount; };
-  motion.noise(2, 2) = by_gyro ? squared(model_.gyro_noise_per_sqrt_s, elapsed_s)
-                               : squared(model_.yaw_noise_per_sqrt_m, length) +
-                                     squared(model_.yaw_noise_per_sqrt_rad, std::abs(turn));
-  motion.common.col(0) << step / model_.scale.value * model_.scale.sigma, 0;
+  motion.noise(2, 2) = by_gyro ? squared(model.gyro_noise_per_sqrt_s, elapsed_s)
+                               : squared(model.yaw_noise_per_sqrt_m, length) +
+                                     squared(model.yaw_noise_per_sqrt_rad, std::abs(turn));
+  motion.common.col(0) << step / model.scale.value * model.scale.sigma, 0;
   const double turn_error =
-      by_gyro ? model_.gyro_bias_rad_s.sigma * elapsed_s : model_.turn_scale.sigma * reported.yaw;
+      by_gyro ? model.gyro_bias_rad_s.sigma * elapsed_s : model.turn_scale.sigma * reported.yaw;
   motion.common.col(1) << 0.5 * turn_error * Eigen::Vector2d(-step.y(), step.x()), turn_error;
   return motion;
 }
 
 std::optional<RelativeMotion> DeadReckoning::Between(double from_s, double to_s) const {
-  const double end_s = to_s + model_.late_s.value;
-  double at_s = from_s + model_.late_s.value;
+  return Between(from_s, to_s, model_);
+}
+
+std::optional<RelativeMotion> DeadReckoning::Between(double from_s,
+                                                     double to_s,
+                                                     const WheelModel& model) const {
+  const double end_s = to_s + model.late_s.value;
+  double at_s = from_s + model.late_s.value;
   auto next = FirstAfter(wheels_, at_s);
   if (next == wheels_.begin() || wheels_.size() < 2) return std::nullopt;
   RelativeMotion motion;
@@ -177,7 +188,7 @@ std::optional<RelativeMotion> DeadReckoning::Between(double from_s, double to_s)
     if (gap_s > kMaxGapS || (held && end_s - after.stamp_s > kMaxHoldS)) return std::nullopt;
     const double until_s = held ? end_s : std::min(end_s, after.stamp_s);
     const Pose2 whole = before.T_odom_base.Inverse() * after.T_odom_base;
-    motion = motion * Step(Interpolate(whole, (until_s - at_s) / gap_s), at_s, until_s);
+    motion = motion * Step(Interpolate(whole, (until_s - at_s) / gap_s), at_s, until_s, model);
     at_s = until_s;
     if (!held) ++next;
   }

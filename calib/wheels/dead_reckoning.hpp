@@ -51,6 +51,10 @@ class DeadReckoning {
   /// @param from_s, to_s  in the clock of the images, from_s <= to_s.
   /// @return nothing where the wheels have a gap of more than half a second.
   [[nodiscard]] std::optional<RelativeMotion> Between(double from_s, double to_s) const;
+  /// The same with other constants.
+  [[nodiscard]] std::optional<RelativeMotion> Between(double from_s,
+                                                      double to_s,
+                                                      const WheelModel& model) const;
 
   [[nodiscard]] bool HasGyro() const { return !gyro_.empty(); }
   [[nodiscard]] std::int64_t Samples() const { return samples_; }  ///< of the wheels
@@ -61,9 +65,12 @@ class DeadReckoning {
     double rate_rad_s = 0;
     double yaw_rad = 0;  // since the first sample, not wrapped, with the bias
   };
-  [[nodiscard]] std::optional<double> GyroTurn(double from_s, double to_s) const;
+  [[nodiscard]] std::optional<double> GyroTurn(double from_s, double to_s, double bias_rad_s) const;
   [[nodiscard]] std::optional<double> GyroYaw(double stamp_s) const;
-  [[nodiscard]] RelativeMotion Step(const Pose2& reported, double from_s, double to_s) const;
+  [[nodiscard]] RelativeMotion Step(const Pose2& reported,
+                                    double from_s,
+                                    double to_s,
+                                    const WheelModel& model) const;
 
   WheelModel model_;
   std::deque<OdometrySample> wheels_;

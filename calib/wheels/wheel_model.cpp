@@ -14,6 +14,7 @@ void WheelModel::Validate() const {
   require_scale(turn_scale, "turn_scale");
   require(gyro_bias_rad_s.sigma >= 0, "gyro_bias_rad_s", gyro_bias_rad_s.sigma, ">= 0");
   require(late_s.sigma >= 0, "late_s", late_s.sigma, ">= 0");
+  require(gyro_late_s.sigma >= 0, "gyro_late_s", gyro_late_s.sigma, ">= 0");
   require(travel_noise_per_sqrt_m > 0, "travel_noise", travel_noise_per_sqrt_m, "> 0");
   require(yaw_noise_per_sqrt_m > 0, "yaw_noise_per_sqrt_m", yaw_noise_per_sqrt_m, "> 0");
   require(yaw_noise_per_sqrt_rad > 0, "yaw_noise_per_sqrt_rad", yaw_noise_per_sqrt_rad, "> 0");

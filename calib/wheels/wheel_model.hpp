@@ -20,8 +20,9 @@ struct WheelModel {
   Uncertain turn_scale{1, 0.05};
   /// Reported by a gyro at rest, rad/s, counter-clockwise.
   Uncertain gyro_bias_rad_s{0, 0.01};
-  /// How much the stamps of wheels and gyro are later than those of the images, s.
-  Uncertain late_s{0, 0.02};
+  /// How much the stamps of the wheels are later than those of the images, s ...
+  Uncertain late_s{0, 0.05};
+  Uncertain gyro_late_s{0, 0.05};  ///< ... and those of the gyro
 
   /// Noise of the travel after one metre, m; it grows with the square root of the travel.
   double travel_noise_per_sqrt_m = 0.01;

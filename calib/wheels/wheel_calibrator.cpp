@@ -1,0 +1,201 @@
+#include "calib/wheels/wheel_calibrator.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace ceilmap::wheels {
+namespace {
+
+// A piece ends after this travel, turn or time. Shorter pieces show changes of speed, on which the
+// delays are seen; longer ones lie above the errors of single images.
+constexpr double kPieceM = 0.25;
+constexpr double kPieceRad = 0.3;
+constexpr double kPieceS = 0.5;
+// Standard deviations of a motion that the ceiling shows, at least.
+constexpr double kSeenSigmaM = 5e-4;
+constexpr double kSeenSigmaRad = 5e-4;
+constexpr double kMaxSigmas = 4;  // a piece that differs more is a slip
+// Random walk of the gyro's bias, rad/s after one second.
+constexpr double kBiasWalk = 1e-4;
+
+constexpr std::size_t kNoisePieces = 150;  // of which the noise is estimated
+constexpr std::size_t kFewestPieces = 20;  // before that the noise stays as it is stated
+constexpr double kMinNoiseFactor = 0.2;
+constexpr double kMaxNoiseFactor = 5;
+
+/// Standard deviation of values whose few largest are disturbed.
+double RobustSigma(const std::deque<double>& values) {
+  std::vector<double> sizes;
+  sizes.reserve(values.size());
+  for (const double value : values) sizes.push_back(std::abs(value));
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  constexpr double kMedianOfNormal = 0.6745;
+  constexpr double kDisturbed = 3.5;
+  const double limit = kDisturbed * *middle / kMedianOfNormal;
+  double squares = 0;
+  int count = 0;
+  for (const double size : sizes) {
+    if (size > limit) continue;
+    squares += size * size;
+    ++count;
+  }
+  return std::sqrt(squares / count);
+}
+
+void Keep(double value, std::deque<double>& values) {
+  values.push_back(value);
+  if (values.size() > kNoisePieces) values.pop_front();
+}
+
+Eigen::Vector3d Difference(const Pose2& a, const Pose2& b) {
+  return {a.x - b.x, a.y - b.y, WrapAngle(a.yaw - b.yaw)};
+}
+
+}  // namespace
+
+WheelCalibrator::WheelCalibrator(const WheelModel& first) : first_(first), model_(first) {
+  Vector sigmas;
+  sigmas << first.scale.sigma, first.turn_scale.sigma, first.gyro_bias_rad_s.sigma,
+      first.late_s.sigma, first.gyro_late_s.sigma;
+  covariance_ = sigmas.cwiseAbs2().asDiagonal();
+}
+
+WheelCalibrator::Vector WheelCalibrator::Values(const WheelModel& model) {
+  Vector values;
+  values << model.scale.value, model.turn_scale.value, model.gyro_bias_rad_s.value,
+      model.late_s.value, model.gyro_late_s.value;
+  return values;
+}
+
+WheelModel WheelCalibrator::With(const Vector& values) const {
+  WheelModel model = model_;
+  const auto sigma = [this](int i) { return std::sqrt(covariance_(i, i)); };
+  model.scale = {values[0], sigma(0)};
+  model.turn_scale = {values[1], sigma(1)};
+  model.gyro_bias_rad_s = {values[2], sigma(2)};
+  model.late_s = {values[3], sigma(3)};
+  model.gyro_late_s = {values[4], sigma(4)};
+  return model;
+}
+
+bool WheelCalibrator::Place(double stamp_s,
+                            const std::optional<PoseWithCovariance>& pose,
+                            const DeadReckoning& wheels) {
+  if (!pose) {
+    start_.reset();
+    return false;
+  }
+  if (!start_) {
+    start_ = Start{stamp_s, *pose};
+    return false;
+  }
+  const Pose2 T_from_to = start_->pose.pose.Inverse() * pose->pose;
+  const double elapsed_s = stamp_s - start_->stamp_s;
+  if (T_from_to.Translation().norm() < kPieceM && std::abs(T_from_to.yaw) < kPieceRad &&
+      elapsed_s < kPieceS) {
+    return false;
+  }
+  // The first images after a gap in time, or a slow recording, show nothing of the delays.
+  Eigen::Matrix3d measured = start_->pose.covariance + pose->covariance;
+  measured.diagonal() += Eigen::Vector3d(
+      kSeenSigmaM * kSeenSigmaM, kSeenSigmaM * kSeenSigmaM, kSeenSigmaRad * kSeenSigmaRad);
+  const bool taken = Take(stamp_s, T_from_to, measured, wheels);
+  start_ = Start{stamp_s, *pose};
+  return taken;
+}
+
+bool WheelCalibrator::Take(double to_s,
+                           const Pose2& T_from_to,
+                           const Eigen::Matrix3d& measured,
+                           const DeadReckoning& wheels) {
+  const double from_s = start_->stamp_s;
+  const std::optional<RelativeMotion> motion = wheels.Between(from_s, to_s, model_);
+  if (!motion) return false;
+  // By differences. The speed at the ends of the piece, on which the effect of a delay depends, has
+  // the noise of single samples: it is taken over a longer time.
+  const Vector steps = (Vector() << 1e-3, 1e-3, 1e-4, 0.05, 0.05).finished();
+  Jacobian J;
+  for (int i = 0; i < kConstants; ++i) {
+    const Vector step = Vector::Unit(i) * steps[i];
+    const auto more = wheels.Between(from_s, to_s, With(Values(model_) + step));
+    const auto less = wheels.Between(from_s, to_s, With(Values(model_) - step));
+    if (!more || !less) return false;
+    J.col(i) = Difference(more->T_before_now, less->T_before_now) / (2 * steps[i]);
+  }
+  ++pieces_;
+  Count(T_from_to, motion->T_before_now);
+  covariance_(2, 2) += kBiasWalk * kBiasWalk * (to_s - from_s);
+  const Eigen::Vector3d difference = Difference(T_from_to, motion->T_before_now);
+  const Eigen::Matrix3d noise = motion->noise + measured;
+  const Eigen::Matrix3d S = J * covariance_ * J.transpose() + noise;
+  if (difference.dot(S.ldlt().solve(difference)) > kMaxSigmas * kMaxSigmas) {
+    ++slips_;
+    return false;
+  }
+  LearnNoise(difference, S);
+  const Eigen::Matrix<double, kConstants, 3> K = S.ldlt().solve(J * covariance_).transpose();
+  const Vector values = Values(model_) + K * difference;
+  Matrix left = Matrix::Identity() - K * J;
+  covariance_ = left * covariance_ * left.transpose() + K * noise * K.transpose();
+  model_ = With(values);
+  return true;
+}
+
+/// The noise that wheels and gyro really have, as a multiple of what was stated.
+void WheelCalibrator::LearnNoise(const Eigen::Vector3d& difference,
+                                 const Eigen::Matrix3d& expected) {
+  const double travel_factor = model_.travel_noise_per_sqrt_m / first_.travel_noise_per_sqrt_m;
+  const double yaw_factor = model_.yaw_noise_per_sqrt_m / first_.yaw_noise_per_sqrt_m;
+  Keep(travel_factor * difference.x() / std::sqrt(expected(0, 0)), travel_errors_);
+  Keep(yaw_factor * difference.z() / std::sqrt(expected(2, 2)), yaw_errors_);
+  if (travel_errors_.size() < kFewestPieces) return;
+  const auto factor = [](const std::deque<double>& errors) {
+    return std::clamp(RobustSigma(errors), kMinNoiseFactor, kMaxNoiseFactor);
+  };
+  const double yaw = factor(yaw_errors_);
+  model_.travel_noise_per_sqrt_m = factor(travel_errors_) * first_.travel_noise_per_sqrt_m;
+  model_.yaw_noise_per_sqrt_m = yaw * first_.yaw_noise_per_sqrt_m;
+  model_.yaw_noise_per_sqrt_rad = yaw * first_.yaw_noise_per_sqrt_rad;
+  model_.gyro_noise_per_sqrt_s = yaw * first_.gyro_noise_per_sqrt_s;
+}
+
+void WheelCalibrator::Count(const Pose2& seen, const Pose2& reported) {
+  travel_both_ += seen.Translation().dot(reported.Translation());
+  travel_reported_ += reported.Translation().squaredNorm();
+  turn_both_ += seen.yaw * reported.yaw;
+  turn_reported_ += reported.yaw * reported.yaw;
+  turn_seen_ += seen.yaw * seen.yaw;
+}
+
+double WheelCalibrator::TravelRatio() const {
+  return travel_reported_ > 0 ? travel_both_ / travel_reported_ : 0;
+}
+
+double WheelCalibrator::TurnRatio() const {
+  return turn_reported_ > 0 ? turn_both_ / turn_reported_ : 0;
+}
+
+WheelFault WheelCalibrator::Fault() const {
+  constexpr std::int64_t kFewest = 20;
+  constexpr double kTurningRad = 0.05;  // RMS of a piece
+  constexpr double kAlike = 0.3;        // of turns seen and reported
+  const auto pieces = static_cast<double>(pieces_);
+  const bool turns = turn_seen_ > pieces * kTurningRad * kTurningRad;
+  const bool unlike = turns && TurnRatio() < kAlike;
+  if (pieces_ < kFewest || (2 * slips_ < pieces_ && !unlike)) return WheelFault::kNone;
+  const double travel = TravelRatio();
+  constexpr double kUnits = 3;
+  if (std::abs(travel) > kUnits || (std::abs(travel) * kUnits < 1 && !unlike)) {
+    return WheelFault::kUnits;
+  }
+  constexpr double kOpposite = -0.5;
+  if (travel < kOpposite) return WheelFault::kOppositeTravel;
+  if (TurnRatio() < kOpposite) return WheelFault::kOppositeYaw;
+  return WheelFault::kUnrelated;
+}
+
+}  // namespace ceilmap::wheels

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "calib/base/pose_with_covariance.hpp"
+#include "calib/wheels/dead_reckoning.hpp"
+
+namespace ceilmap::wheels {
+
+/// Why odometry cannot be that of this robot and recording.
+enum class WheelFault {
+  kNone,
+  kOppositeYaw,     ///< the yaw has the opposite sign
+  kOppositeTravel,  ///< the robot drives backwards by its wheels, or its base's x axis points back
+  kUnits,           ///< the travel is many times too long or too short: not metres
+  kUnrelated,       ///< another robot's, another recording's, or another clock
+};
+
+/// Estimates the constants of wheels and gyro (WheelModel) while the ceiling shows the robot's
+/// motion, and how large their noise is.
+///
+/// The motion is compared over short pieces of the way. An extended Kalman filter over scale, turn
+/// scale, bias and the two delays takes the difference of each piece. A piece that contradicts the
+/// estimate by more than four standard deviations is a slip and is left out. Where most pieces do,
+/// the odometry is not used at all (Fault).
+///
+/// Scale, turn scale and bias are observable on any drive with turns; the delays where speed or
+/// turn rate change. What a drive does not show keeps the standard deviation it had.
+class WheelCalibrator {
+ public:
+  /// @param first  What is known before.
+  explicit WheelCalibrator(const WheelModel& first = {});
+
+  /// The robot's pose at an image as the ceiling shows it, or that it is not known. Stamps
+  /// increase.
+  /// @param pose  in any frame that stays the same while there are poses. Its covariance: of the
+  ///   measurement alone.
+  /// @return true when the model has changed.
+  bool Place(double stamp_s,
+             const std::optional<PoseWithCovariance>& pose,
+             const DeadReckoning& wheels);
+
+  [[nodiscard]] const WheelModel& Model() const { return model_; }
+  [[nodiscard]] std::int64_t Pieces() const { return pieces_; }
+  [[nodiscard]] std::int64_t Slips() const { return slips_; }  ///< pieces that were left out
+  [[nodiscard]] WheelFault Fault() const;
+  /// True travel / travel by the wheels, and the same of the turn, over all pieces; 0: not known.
+  [[nodiscard]] double TravelRatio() const;
+  [[nodiscard]] double TurnRatio() const;
+
+ private:
+  static constexpr int kConstants = 5;
+  using Vector = Eigen::Matrix<double, kConstants, 1>;
+  using Matrix = Eigen::Matrix<double, kConstants, kConstants>;
+  using Jacobian = Eigen::Matrix<double, 3, kConstants>;
+  struct Start {
+    double stamp_s = 0;
+    PoseWithCovariance pose;
+  };
+
+  static Vector Values(const WheelModel& model);
+  [[nodiscard]] WheelModel With(const Vector& values) const;
+  bool Take(double to_s,
+            const Pose2& T_from_to,
+            const Eigen::Matrix3d& measured,
+            const DeadReckoning& wheels);
+  void LearnNoise(const Eigen::Vector3d& difference, const Eigen::Matrix3d& expected);
+  void Count(const Pose2& seen, const Pose2& reported);
+
+  WheelModel first_;
+  WheelModel model_;
+  Matrix covariance_;
+  std::optional<Start> start_;
+  std::int64_t pieces_ = 0;
+  std::int64_t slips_ = 0;
+  std::deque<double> travel_errors_;  // of the latest pieces, in standard deviations as stated ...
+  std::deque<double> yaw_errors_;     // ... at first
+  // Sums over the pieces, for Fault.
+  double travel_both_ = 0;
+  double travel_reported_ = 0;
+  double turn_both_ = 0;
+  double turn_reported_ = 0;
+  double turn_seen_ = 0;
+};
+
+}  // namespace ceilmap::wheels
