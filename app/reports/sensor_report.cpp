@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/recordings/synchronized_stream.hpp"
+#include "app/reports/wheel_report.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/degrees.hpp"
 
@@ -153,6 +154,7 @@ std::vector<std::string> Warnings(const SensorResult& result) {
     Append(recordings::MatchWarnings(omni->Name(), "mirror", result.report.omni), warnings);
   }
   if (result.report.heading) AddHeadingWarnings(result, warnings);
+  Append(WheelWarnings(result), warnings);
   return warnings;
 }
 
@@ -170,6 +172,9 @@ void Summarize(const SensorResult& result, terminal::Summary& summary) {
     stages_ms["tilt_ceiling"] = result.report.tilt->ceiling_ms;
     if (TiltByForward(result)) stages_ms["tilt_forward"] = result.report.tilt->forward_ms;
     summary.quality["tilt"] = TiltQuality(result);
+  }
+  if (result.report.wheels.samples > 0) {
+    summary.quality["wheels"] = WheelQuality(result.report.wheels);
   }
   if (const auto* const forward = result.inputs->Forward()) {
     stages_ms["decode_forward"] = forward->Reading().decode_ms;
@@ -196,6 +201,7 @@ void AddRows(const SensorResult& result, terminal::Table& table) {
     table.AddRow(
         {"headings", fmt::format("{}", result.report.heading->headings), HeadingNote(result)});
   }
+  AddWheelRows(result.report.wheels, table);
 }
 
 void ReportScalings(const std::optional<calib::CameraScaling>& up,

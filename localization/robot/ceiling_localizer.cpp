@@ -92,6 +92,14 @@ Estimate CeilingLocalizer::Locate(const Frame& frame) {
   if (location.velocity) Move(*location.velocity);
   Sensors::Locate(frame.up.stamp_s,
                   location.Placed() ? std::optional(location.pose.T_map_base) : std::nullopt);
+  // A pose that rests on the prediction by the wheels says nothing about them.
+  constexpr double kMaxSigmaM = 0.005;
+  const Eigen::Matrix3d& covariance = location.pose.covariance;
+  const bool exact = location.Placed() && location.inliers > 0 &&
+                     localization::PositionSigma(covariance) < kMaxSigmaM;
+  CalibrateWheels(frame.up.stamp_s,
+                  exact ? std::optional(PoseWithCovariance{location.pose.T_map_base, covariance})
+                        : std::nullopt);
   return ToEstimate(location, frame.context.heading);
 }
 

@@ -110,6 +110,11 @@ Estimate CeilingMapper::Map(const Frame& frame) {
       me.mapper->Process(me.image, frame.up.index, frame.up.stamp_s, context);
   Locate(pose.stamp_s,
          pose.status == TrackingStatus::kTracking ? std::optional(pose.T_map_base) : std::nullopt);
+  // The motion between two frames is exact, whatever the drift since the start.
+  CalibrateWheels(pose.stamp_s,
+                  pose.status == TrackingStatus::kTracking
+                      ? std::optional(PoseWithCovariance{pose.T_map_base})
+                      : std::nullopt);
   Estimate estimate;
   estimate.stamp_s = pose.stamp_s;
   estimate.index = pose.frame_index;

@@ -68,6 +68,7 @@ struct Sensors::Impl {
   std::unique_ptr<SampleHeading> samples;
   cv::Mat forward_grey;
   wheels::DeadReckoning reckoning;
+  wheels::WheelCalibrator calibrator;
   std::optional<double> last_up_s;  // of the upward frame before
   std::int64_t unreckoned = 0;
 
@@ -102,7 +103,10 @@ Task Sensors::Impl::Prepare(const Image& up) {
 /// Motion since the upward frame before.
 std::optional<wheels::RelativeMotion> Sensors::Impl::MotionTo(double stamp_s) {
   const std::optional<double> before_s = std::exchange(last_up_s, stamp_s);
-  if (reckoning.Samples() == 0 || !before_s || !(stamp_s > *before_s)) return std::nullopt;
+  if (reckoning.Samples() == 0 || !before_s || !(stamp_s > *before_s) ||
+      calibrator.Fault() != wheels::WheelFault::kNone) {
+    return std::nullopt;
+  }
   std::optional<wheels::RelativeMotion> motion = reckoning.Between(*before_s, stamp_s);
   if (!motion) ++unreckoned;
   return motion;
@@ -199,7 +203,15 @@ SensorsReport Sensors::Sensed() const {
   report.omni = me.omni.Report();
   if (me.by_camera) report.heading = me.by_camera->Report();
   if (me.samples) report.heading = me.samples->Report();
-  report.wheels = {me.reckoning.Samples(), me.reckoning.HasGyro(), me.unreckoned};
+  report.wheels = {me.reckoning.Samples(),
+                   me.reckoning.HasGyro(),
+                   me.unreckoned,
+                   me.calibrator.Model(),
+                   me.calibrator.Pieces(),
+                   me.calibrator.Slips(),
+                   me.calibrator.Fault(),
+                   me.calibrator.TravelRatio(),
+                   me.calibrator.TurnRatio()};
   return report;
 }
 
@@ -229,6 +241,14 @@ void Sensors::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
   impl_->located = Located{stamp_s, T_map_base};
   impl_->velocity.AddPose(T_map_base, stamp_s);
   if (impl_->bands) impl_->bands->Place(stamp_s, T_map_base);
+}
+
+void Sensors::CalibrateWheels(double stamp_s, const std::optional<PoseWithCovariance>& pose) {
+  Impl& me = *impl_;
+  if (me.reckoning.Samples() == 0 || me.calibrator.Fault() != wheels::WheelFault::kNone) return;
+  if (me.calibrator.Place(stamp_s, pose, me.reckoning)) {
+    me.reckoning.SetModel(me.calibrator.Model());
+  }
 }
 
 void Sensors::Move(const StampedTwist2& velocity) {

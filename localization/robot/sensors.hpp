@@ -6,7 +6,7 @@
 #include "calib/base/heading.hpp"
 #include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
-#include "calib/wheels/dead_reckoning.hpp"
+#include "calib/wheels/wheel_calibrator.hpp"
 #include "compensation/tilt_estimator.hpp"
 #include "localization/compass/colour/colour_model.hpp"
 #include "localization/robot/camera_stream.hpp"
@@ -34,6 +34,15 @@ struct WheelsReport {
   std::int64_t samples = 0;  ///< of the wheels
   bool gyro = false;
   std::int64_t missing = 0;  ///< upward frames whose motion the wheels do not tell
+  /// As estimated in the run. What the drive did not show has the values and standard deviations
+  /// of the rig, or the defaults.
+  wheels::WheelModel model;
+  std::int64_t pieces = 0;  ///< of the way, that were compared with the ceiling
+  std::int64_t slips = 0;   ///< of these, that contradict it
+  /// Not kNone: the odometry was not used from then on.
+  wheels::WheelFault fault = wheels::WheelFault::kNone;
+  double travel_ratio = 0;  ///< seen / reported, with a fault
+  double turn_ratio = 0;
 };
 
 /// What the sensors beside the upward camera contributed so far.
@@ -103,6 +112,10 @@ class Sensors {
   void CorrectTilt(const TiltAngles& residual);
   /// Pose of the frame taken last, or that it is not known. Call it after each frame.
   void Locate(double stamp_s, const std::optional<Pose2>& T_map_base);
+  /// Compares the wheels with a pose that the image of the frame taken last determined, or ends the
+  /// piece of the way that is compared. Call it after each frame.
+  /// @param pose  Its covariance: of the image's measurement.
+  void CalibrateWheels(double stamp_s, const std::optional<PoseWithCovariance>& pose);
   /// Velocity that was measured without a pose.
   void Move(const StampedTwist2& velocity);
 
