@@ -44,7 +44,8 @@ class RemapTable {
   ///   unless it fits; must not share memory with `raw`; 0 where there is no content. Thread-safe.
   void Apply(const cv::Mat& raw, cv::Mat& result) const;
   /// The same with displaced sources. Displaced sources outside the raw image are moved to its
-  /// border: content stays where Mask() says. @param raw  CV_8UC1. Takes 2.5 times as long as without.
+  /// border: content stays where Mask() says. @param raw  CV_8UC1. Takes 2.5 times as long as
+  /// without.
   void Apply(const cv::Mat& raw, const SourceShift& shift, cv::Mat& result) const;
 
  private:

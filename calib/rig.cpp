@@ -12,6 +12,7 @@
 #include "calib/mount_reader.hpp"
 #include "calib/rig_text.hpp"
 #include "calib/rotation_slip.hpp"
+#include "calib/wheel_section.hpp"
 
 namespace ceilmap::calib {
 namespace {
@@ -223,7 +224,7 @@ void ParseCameras(const YamlValue& rig, Rig& result) {
 
 Rig ParseRig(const std::string& text, const std::filesystem::path& file) {
   const YamlValue rig = YamlValue::Parse(text, file, kRigFile);
-  rig.AllowOnly({"robot", "a", "d", "h", "frames", "cameras"});
+  rig.AllowOnly({"robot", "a", "d", "h", "frames", "cameras", "wheels"});
   Rig result;
   result.file = file;
   result.source_yaml = text;
@@ -239,6 +240,7 @@ Rig ParseRig(const std::string& text, const std::filesystem::path& file) {
   result.ceiling_height_m =
       rig.At("h", "the ceiling's height above the floor in metres, e.g. h: 2.6")
           .PositiveNumber("measure it from the floor upwards, in metres");
+  if (const auto wheels = rig.Find("wheels")) result.wheels = ParseWheels(*wheels);
   ParseCameras(rig, result);
   return result;
 }

@@ -8,6 +8,7 @@
 
 #include "calib/lens.hpp"
 #include "calib/mirror.hpp"
+#include "calib/wheels/wheel_model.hpp"
 
 namespace ceilmap::calib {
 
@@ -45,8 +46,9 @@ struct Rig {
   std::optional<MountedCamera> up;
   std::optional<MountedCamera> forward;
   std::optional<MountedCamera> omni;
-  std::filesystem::path file;  ///< where it was read from, for messages
-  std::string source_yaml;     ///< the file's text as read, kept for provenance
+  std::optional<wheels::WheelModel> wheels;  ///< as measured before
+  std::filesystem::path file;                ///< where it was read from, for messages
+  std::string source_yaml;                   ///< the file's text as read, kept for provenance
   /// Values that the file does not give and that are usual, one line for each: "a = 0: ...".
   std::vector<std::string> assumed;
 };

@@ -107,6 +107,20 @@ bool SetMirror(YAML::Node rig, const std::optional<MirrorValues>& values, Which 
   return true;
 }
 
+bool SetWheels(YAML::Node rig, const std::optional<wheels::WheelModel>& model, Which which) {
+  if (!model || (which == Which::kMissing && Has(rig, "wheels"))) return false;
+  YAML::Node section;
+  for (const auto& [key, numbers] : WheelEntries(*model)) {
+    if (numbers.size() == 1) {
+      section[key] = NumberText(numbers.front());
+    } else {
+      section[key] = List({numbers[0], numbers[1]});
+    }
+  }
+  rig["wheels"] = section;
+  return true;
+}
+
 bool SetAll(const YAML::Node& rig, const RigValues& values, Which which) {
   bool changed = SetNumber(rig, "a", values.axle_behind_mast_m, which);
   changed |= SetNumber(rig, "h", values.ceiling_height_m, which);
@@ -114,6 +128,7 @@ bool SetAll(const YAML::Node& rig, const RigValues& values, Which which) {
   changed |= SetReadout(rig, values.up_readout_time_s, which);
   changed |= SetCamera(rig, "forward", values.T_base_forward, which);
   changed |= SetMirror(rig, values.omni, which);
+  changed |= SetWheels(rig, values.wheels, which);
   return changed;
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "calib/mirror.hpp"
+#include "calib/wheels/wheel_model.hpp"
 
 namespace ceilmap::calib {
 
@@ -32,6 +33,7 @@ struct RigValues {
   /// type mirror. When there is none, one is added on the mast with the top of its image to the
   /// front.
   std::optional<MirrorValues> omni;
+  std::optional<wheels::WheelModel> wheels;
 };
 
 /// The text of a rig file with these values set and everything else unchanged except comments. Up

@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 rows=(
   "calib/base:"
   "calib/wheels: calib/base"
-  "calib: calib/base"
+  "calib: calib/wheels calib/base"
   "calib/solve: calib calib/base"
   "mapping/heights: calib/base"
   "mapping/registration: mapping/heights calib calib/base"

@@ -75,7 +75,7 @@ void LocalizeOptions::Check(files::Existing existing) const {
         "--heading-zero: headings of --omni are relative to the first frame; leave it out");
   }
   std::error_code ignored;
-  for (const fs::path& target : {output, sensors.uncompensated, status}) {
+  for (const fs::path& target : {output, sensors.uncompensated, status, sensors.rig_out}) {
     for (const fs::path& source : {map,
                                    rig,
                                    stamps,
@@ -89,7 +89,7 @@ void LocalizeOptions::Check(files::Existing existing) const {
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
-  files::CheckOutputFiles({output, sensors.uncompensated, status}, existing);
+  files::CheckOutputFiles({output, sensors.uncompensated, status, sensors.rig_out}, existing);
   watch.Check(existing);
 }
 
@@ -310,6 +310,7 @@ void RunLocalize(const LocalizeOptions& params,
     ReportNothingFound(params, result);
   }
   results.Commit(params, summary);
+  params.sensors.WriteRig(*rig, result.sensors.report.wheels, summary);
   if (terminal::Interrupted()) {
     terminal::PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
   }

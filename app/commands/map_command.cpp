@@ -85,8 +85,9 @@ void MapOptions::Resolve(files::Existing existing) {
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = files::ParsePose2(origin, "--origin");
-  files::CheckOutputFiles(
-      {output, trajectory, sensors.uncompensated, picture}, existing, append ? output : fs::path());
+  files::CheckOutputFiles({output, trajectory, sensors.uncompensated, picture, sensors.rig_out},
+                          existing,
+                          append ? output : fs::path());
   watch.Check(existing);
 }
 
@@ -282,6 +283,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   if (terminal::Interrupted()) ReportInterrupted(mapper);
   result.map = DrawMap(params, mapper);
   CommitFiles(FramesToWrite(result.map, params.predicted), mapper, params, summary);
+  if (rig) params.sensors.WriteRig(*rig, result.sensors.report.wheels, summary);
   ReportAssumptions(params.rig, source.Stamps());
   reports::ReportScalings(scaling, sensors);
 

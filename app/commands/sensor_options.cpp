@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "app/files/output_files.hpp"
+#include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
+#include "calib/rig_text.hpp"
 
 namespace ceilmap::commands {
 namespace {
@@ -76,6 +79,20 @@ void SensorOptions::AddTo(CLI::App& cli,
       ->group(inputs);
   add("--gyro", gyro, "Turn rates of a gyro, beside --odometry: timestamp,omega_z", "GYRO.csv")
       ->group(inputs);
+  add("--rig-out", rig_out, "The rig with the constants found of wheels and gyro", "RIG.yaml")
+      ->group(results);
+}
+
+void SensorOptions::WriteRig(const calib::Rig& rig,
+                             const robot::WheelsReport& wheels,
+                             terminal::Summary& summary) const {
+  if (rig_out.empty()) return;
+  calib::RigValues values;
+  values.wheels = wheels.model;
+  AtomicFile file(rig_out);
+  files::WriteText(file, calib::ChangeRig(rig.source_yaml, rig.file, values, rig_out));
+  file.Commit();
+  summary.files.push_back(rig_out);
 }
 
 void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
@@ -93,6 +110,9 @@ void SensorOptions::Check(bool have_rig) const {
   }
   if (!odometry.empty() && !have_rig) {
     throw InputError("--odometry: is in metres; give --rig, so that the map is in metres too");
+  }
+  if (!rig_out.empty() && odometry.empty()) {
+    throw InputError("--rig-out: states what is found of the wheels; give --odometry");
   }
   CheckHeading(*this, have_rig);
   CheckTilt(*this, have_rig);
