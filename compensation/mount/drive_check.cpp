@@ -154,7 +154,9 @@ void CheckWheels(const calib::Rig& rig,
   check.wheels = FitWheels(steps);
   if (!check.wheels || check.wheels->slip > kMostSlip) return;
   const calib::MountedCamera& up = *rig.up;
-  const double distance_m = rig.ceiling_height_m - up.T_base_cam.translation().z();
+  const bool known_better = check.distance_m && check.distance_m->IsWrong();
+  const double distance_m = known_better ? check.distance_m->seen.value
+                                         : rig.ceiling_height_m - up.T_base_cam.translation().z();
   const Measured& yaw = check.wheels->yaw_rad;
   const double stated_yaw = YawOfLevel(up);
   check.yaw_rad = Checked{
