@@ -185,7 +185,9 @@ CheckedProperty ReadoutRow(const RigCheck& check) {
 
 // What an error of the scale may come from.
 std::string ScaleCause(const DriveCheck& drive, double percent) {
-  const bool focal_known = drive.focal_px_seen.IsDetermined();
+  const Checked& focal = drive.focal_px_seen;
+  constexpr double kSigmas = 4;  // an error of less than the limit would show
+  const bool focal_known = !focal.IsWrong() && kSigmas * focal.seen.sigma < focal.limit;
   return fmt::format("h or the camera's height{} is wrong by {:.1f} %",
                      focal_known ? "" : ", or the focal length,",
                      std::abs(percent));
