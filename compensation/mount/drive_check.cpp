@@ -287,7 +287,7 @@ std::optional<Measurements> MeasureHeights(const calib::MountedCamera& up,
       TakeAsPlane(plane->value, result.solution);
     }
     measurer.Improve(result.solution.cameras);
-    measurer.Improve(result.solution.heights);
+    measurer.Improve(result.solution.heights, known);
     known = Tilted(up, result.solution);
   }
   return result;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "calib/ceiling_view.hpp"
+#include "compensation/mount/ceiling_registrar.hpp"
 #include "compensation/mount/view_velocities.hpp"
 
 namespace ceilmap::mount {
@@ -90,11 +92,19 @@ void DriveMeasurer::UseHeights() {
   }
 }
 
-void DriveMeasurer::Improve(const std::vector<calibration::PointHeight>& heights) {
+void DriveMeasurer::Improve(const std::vector<calibration::PointHeight>& heights,
+                            const calib::MountedCamera& up) {
+  const registration::Registrar registrar =
+      CeilingRegistrar(calib::CeilingView(up, ceiling_height_m_));
+  const heights::HeightField& grid = registrar.EmptyHeights();
+  const auto on_grid = [&grid](const heights::HeightField& known) {
+    if (known.grid == grid.grid) return known;
+    return heights::Predict(known, grid, [](const Eigen::Vector2d& x, double) { return x; });
+  };
   std::vector<heights::HeightField*> fields;
   for (KnownMotion& motion : motions_) {
     for (auto& known : motion.heights) {
-      auto better = known ? std::make_shared<heights::HeightField>(*known) : nullptr;
+      auto better = known ? std::make_shared<heights::HeightField>(on_grid(*known)) : nullptr;
       fields.push_back(better.get());
       known = std::move(better);
     }

@@ -26,8 +26,10 @@ class DriveMeasurer {
   /// From now on points are measured where the heights of the keyframes predict them, as the
   /// recordings know these.
   void UseHeights();
-  /// Takes better heights of points that were measured by them.
-  void Improve(const std::vector<calibration::PointHeight>& heights);
+  /// Takes better heights of points that were measured by them. @param up  as for Measure: the size
+  /// of the view, and with it the places of points, depend on it.
+  void Improve(const std::vector<calibration::PointHeight>& heights,
+               const calib::MountedCamera& up);
   /// The motion between consecutive keyframes of each part.
   [[nodiscard]] std::vector<DriveStep> Steps() const;
   /// Whether the parts show things below the ceiling's plane.
