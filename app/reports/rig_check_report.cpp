@@ -185,12 +185,16 @@ CheckedProperty ReadoutRow(const RigCheck& check) {
 
 // What an error of the scale may come from.
 std::string ScaleCause(const DriveCheck& drive, double percent) {
-  const bool focal_known = drive.focal_px_seen.IsDetermined();
+  const Checked& focal = drive.focal_px_seen;
+  constexpr double kSigmas = 4;  // an error of less than the limit would show
+  const bool focal_known = !focal.IsWrong() && kSigmas * focal.seen.sigma < focal.limit;
   return fmt::format("h or the camera's height{} is wrong by {:.1f} %",
                      focal_known ? "" : ", or the focal length,",
                      std::abs(percent));
 }
 
+constexpr const char* kNoPlane =
+    "no surface stands out as the ceiling; drive under a part of it that is plane";
 constexpr const char* kOtherTime = "the odometry does not cover the drive, or it turns too little";
 
 CheckedProperty DistanceRow(const RigCheck& check) {
@@ -203,6 +207,7 @@ CheckedProperty DistanceRow(const RigCheck& check) {
   }
   const Checked& distance = *drive.distance_m;
   CheckedProperty row = Row(kKey, kName, distance, kMetres);
+  if (!row.unchecked.empty() && !drive.shows_plane) row.unchecked = kNoPlane;
   if (!distance.IsWrong()) return row;
   row.complaint = fmt::format(
       "the ceiling looks {} m above the camera, {} by the rig: {}; measure them again, "
@@ -220,6 +225,7 @@ CheckedProperty AxleRow(const DriveCheck& drive) {
   if (!drive.axle_m) return Unchecked(kKey, kName, "the robot also drives sideways, or too little");
   const Checked& axle = *drive.axle_m;
   CheckedProperty row = Row(kKey, kName, axle, kMetres);
+  if (!row.unchecked.empty() && !drive.shows_plane) row.unchecked = kNoPlane;
   if (!axle.IsWrong()) return row;
   constexpr double kLeastM = 0.05;
   const std::string by = std::abs(axle.stated) < kLeastM || drive.distance_m

@@ -1,6 +1,7 @@
 #include "calib/solve/drive_covariance.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 
@@ -8,6 +9,7 @@ namespace ceilmap::calibration {
 namespace {
 
 using Eigen::MatrixXd;
+using SparseMatrix = Eigen::SparseMatrix<double>;
 
 constexpr int kTimes = 8;  // parts of the drive with independent errors
 
@@ -27,19 +29,32 @@ void Raise(const MatrixXd& other, MatrixXd& covariance) {
   }
 }
 // The normal equations under the loss function, with the priors of the estimated errors.
-MatrixXd NormalWithPriors(const DriveProblem& problem, const Linearized& at) {
+SparseMatrix NormalWithPriors(const DriveProblem& problem, const Linearized& at) {
   const int n = at.jacobian.num_cols;
-  MatrixXd normal = 1e-9 * MatrixXd::Identity(n, n);
+  Eigen::VectorXd priors = Eigen::VectorXd::Constant(n, 1e-9);
   for (std::size_t k = 0; k < problem.estimated.size(); ++k) {
     const double sigma = kPriorSigma[static_cast<std::size_t>(problem.estimated[k])];
-    const auto column = static_cast<Eigen::Index>(k);
-    normal(column, column) += 1 / (sigma * sigma);
+    priors[static_cast<Eigen::Index>(k)] += 1 / (sigma * sigma);
   }
+  priors.tail(problem.heights).array() += 1 / (kHeightSigma * kHeightSigma);
+  Eigen::VectorXd roots(at.jacobian.num_rows);  // of the residuals' weights
   std::size_t row = 0;
   for (const BlockOwner& owner : problem.owners) {
     const BlockTerm term = TermOf(owner, at, row, problem.problem);
-    for (int k = 0; k < term.rows; ++k, ++row) AddOuter(at.jacobian, row, term.weight, normal);
+    for (int k = 0; k < term.rows; ++k, ++row) {
+      roots[static_cast<Eigen::Index>(row)] = std::sqrt(term.weight);
+    }
   }
+  using ByRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const Eigen::Map<const ByRows> jacobian(at.jacobian.num_rows,
+                                          n,
+                                          static_cast<Eigen::Index>(at.jacobian.values.size()),
+                                          at.jacobian.rows.data(),
+                                          at.jacobian.cols.data(),
+                                          at.jacobian.values.data());
+  const SparseMatrix weighted = roots.asDiagonal() * jacobian;
+  SparseMatrix normal = weighted.transpose() * weighted;
+  normal += SparseMatrix(priors.asDiagonal());
   return normal;
 }
 
@@ -48,7 +63,7 @@ MatrixXd NormalWithPriors(const DriveProblem& problem, const Linearized& at) {
 MatrixXd DriveCovariance(DriveProblem& problem, std::size_t views) {
   const Linearized at(problem);
   const auto asked = static_cast<Eigen::Index>(problem.estimated.size());
-  const Eigen::LDLT<MatrixXd> solver(NormalWithPriors(problem, at));
+  const Eigen::SimplicialLDLT<SparseMatrix> solver(NormalWithPriors(problem, at));
   const MatrixXd influence = solver.solve(MatrixXd::Identity(at.jacobian.num_cols, asked));
   MatrixXd of_view = MatrixXd::Zero(asked, static_cast<Eigen::Index>(views));
   MatrixXd of_time = MatrixXd::Zero(asked, kTimes);

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -27,9 +28,9 @@ Vector2<T> TurnedBy(const T& angle, const Vector2<T>& v) {
   return {cos(angle) * v.x() - sin(angle) * v.y(), sin(angle) * v.x() + cos(angle) * v.y()};
 }
 
-// The point on the ceiling from the camera at the time of the image's middle row.
+// The direction (x/z, y/z) of the point from the camera at the time of the image's middle row.
 template <typename T>
-Vector2<T> OnCeilingOf(const T* errors, const LevelSight& sight) {
+Vector2<T> OnCeilingOf(const T* errors, const T& rho, const LevelSight& sight) {
   const Eigen::Map<const Eigen::Matrix<T, 3, 1>> lens(errors + kCameraFocal);
   const Vector2<T> slope = sight.slope.cast<T>() + sight.by_lens.cast<T>() * lens;
   const T turn[3] = {errors[kCameraTiltX], errors[kCameraTiltY], T(0)};
@@ -39,14 +40,15 @@ Vector2<T> OnCeilingOf(const T* errors, const LevelSight& sight) {
   const Vector2<T> seen(level[0] / level[2], level[1] / level[2]);
   const T time = errors[kCameraReadout] * sight.row;
   return TurnedBy<T>(sight.velocity.yaw_rad_s * time, seen) +
-         sight.velocity.linear.cast<T>() * time;
+         sight.velocity.linear.cast<T>() * (rho * time);
 }
 
 template <typename T>
-Vector2<T> ErrorOf(const T* errors, const T* first, const T* second, const DrivePoint& point) {
-  const Vector2<T> seen_first = OnCeilingOf(errors, point.at_first);
-  const Vector2<T> seen_second = OnCeilingOf(errors, point.at_second);
-  const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
+Vector2<T> ErrorOf(
+    const T* errors, const T* first, const T* second, const T& rho, const DrivePoint& point) {
+  const Vector2<T> seen_first = OnCeilingOf(errors, rho, point.at_first);
+  const Vector2<T> seen_second = OnCeilingOf(errors, rho, point.at_second);
+  const Vector2<T> moved(rho * (second[0] - first[0]), rho * (second[1] - first[1]));
   // A longer focal length makes the ceiling smaller, but not the errors in the image.
   return (TurnedBy<T>(-first[2], moved) + TurnedBy<T>(second[2] - first[2], seen_second) -
           seen_first) /
@@ -59,8 +61,24 @@ struct PointResidual {
 
   template <typename T>
   bool operator()(const T* errors, const T* first, const T* second, T* residual) const {
+    const T in_plane(1);
+    return (*this)(errors, first, second, &in_plane, residual);
+  }
+  template <typename T>
+  bool operator()(
+      const T* errors, const T* first, const T* second, const T* rho, T* residual) const {
     Eigen::Map<Vector2<T>> out(residual);
-    out = weight.cast<T>() * ErrorOf(errors, first, second, *point);
+    out = weight.cast<T>() * ErrorOf(errors, first, second, *rho, *point);
+    return true;
+  }
+};
+
+struct HeightPrior {
+  double rho = 1;
+
+  template <typename T>
+  bool operator()(const T* height, T* residual) const {
+    residual[0] = (height[0] - rho) / kHeightSigma;
     return true;
   }
 };
@@ -142,14 +160,15 @@ double EdgePx(const Sights& sights, const Drive& drive) {
   return edge_px;
 }
 
-// Of an error in units of Z. Where the ceiling has depth, a point's place along the travel counts
-// nearly nothing: heights belong to places, so that their errors do not average out.
+// Of an error in units of Z. Where the ceiling has depth, and the heights are no unknowns, a
+// point's place along the travel counts nearly nothing: heights belong to places, so that their
+// errors do not average out.
 Matrix2d WeightOf(const DrivePoint& point,
                   const DriveParameters& parameters,
                   double focal_px,
                   const DriveScales& scales) {
   Matrix2d measured = focal_px / scales.place_px * point.whitening;
-  if (scales.depth_ratio <= 0) return measured;
+  if (scales.depth_ratio <= 0 || point.height >= 0) return measured;
   constexpr double kDepthSigmas = 20;
   const auto& first = parameters.cameras[static_cast<std::size_t>(point.first)];
   const auto& second = parameters.cameras[static_cast<std::size_t>(point.second)];
@@ -168,10 +187,12 @@ Matrix2d WeightOf(const DrivePoint& point,
 
 std::vector<DrivePoint> PreparePoints(const calib::MountedCamera& up,
                                       const Drive& drive,
-                                      double& edge_px) {
+                                      double& edge_px,
+                                      std::vector<KnownHeight>* heights) {
   const Sights sights(up);
   edge_px = EdgePx(sights, drive);
   std::vector<DrivePoint> points;
+  std::map<std::pair<int, int>, int> height_of;  // view and index
   for (const ViewPair& pair : drive.pairs) {
     for (const PointCorrespondence& place : pair.places) {
       auto first = sights.Prepare(place.first, edge_px);
@@ -182,15 +203,27 @@ std::vector<DrivePoint> PreparePoints(const calib::MountedCamera& up,
       second->row = place.second_row;
       second->velocity = drive.velocities[static_cast<std::size_t>(pair.second)];
       points.push_back({pair.first, pair.second, *first, *second, place.whitening});
+      if (heights == nullptr || place.index < 0) continue;
+      const auto [height, is_new] =
+          height_of.try_emplace({pair.first, place.index}, static_cast<int>(heights->size()));
+      if (is_new) heights->push_back({pair.first, place.index, place.rho});
+      points.back().height = height->second;
     }
   }
   return points;
 }
 
 Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point) {
+  const bool in_plane = point.height < 0;
+  return DriveErrorAt(
+      in_plane ? 1 : parameters.heights[static_cast<std::size_t>(point.height)], parameters, point);
+}
+
+Vector2d DriveErrorAt(double rho, const DriveParameters& parameters, const DrivePoint& point) {
   return ErrorOf(parameters.errors.data(),
                  parameters.cameras[static_cast<std::size_t>(point.first)].data(),
                  parameters.cameras[static_cast<std::size_t>(point.second)].data(),
+                 rho,
                  point);
 }
 
@@ -199,15 +232,21 @@ DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
                            double focal_px,
                            const DriveScales& scales,
                            const DriveUnknowns& params,
+                           const std::vector<KnownHeight>& known_heights,
                            DriveParameters& parameters) {
   for (const DrivePoint& point : points) {
-    const auto id = problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PointResidual, 2, kCameraErrors, 3, 3>(
-            new PointResidual{&point, WeightOf(point, parameters, focal_px, scales)}),
-        new ceres::CauchyLoss(kCauchy),
-        parameters.errors.data(),
-        parameters.cameras[static_cast<std::size_t>(point.first)].data(),
-        parameters.cameras[static_cast<std::size_t>(point.second)].data());
+    auto* const residual = new PointResidual{&point, WeightOf(point, parameters, focal_px, scales)};
+    ceres::CostFunction* cost = nullptr;
+    std::vector<double*> of{parameters.errors.data(),
+                            parameters.cameras[static_cast<std::size_t>(point.first)].data(),
+                            parameters.cameras[static_cast<std::size_t>(point.second)].data()};
+    if (point.height < 0) {
+      cost = new ceres::AutoDiffCostFunction<PointResidual, 2, kCameraErrors, 3, 3>(residual);
+    } else {
+      cost = new ceres::AutoDiffCostFunction<PointResidual, 2, kCameraErrors, 3, 3, 1>(residual);
+      of.push_back(&parameters.heights[static_cast<std::size_t>(point.height)]);
+    }
+    const auto id = problem.AddResidualBlock(cost, new ceres::CauchyLoss(kCauchy), of);
     owners.push_back({id, point.first, point.second, true});
   }
   problem.AddResidualBlock(
@@ -238,6 +277,19 @@ DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
       blocks.push_back(camera);
     }
   }
+  AddHeights(known_heights, parameters);
+}
+
+void DriveProblem::AddHeights(const std::vector<KnownHeight>& known, DriveParameters& parameters) {
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    double* const height = &parameters.heights[i];
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<HeightPrior, 1, 1>(new HeightPrior{known[i].rho}),
+        nullptr,
+        height);
+    blocks.push_back(height);
+  }
+  heights = static_cast<int>(known.size());
 }
 
 }  // namespace ceilmap::calibration

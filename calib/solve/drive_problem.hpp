@@ -27,22 +27,36 @@ struct DrivePoint {
   LevelSight at_first;
   LevelSight at_second;
   Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
+  int height = -1;  ///< index of DriveParameters::heights; -1: in the plane
+};
+
+/// A point with an unknown height.
+struct KnownHeight {
+  int view = 0;
+  int index = 0;
+  double rho = 1;  ///< as far as it is known
 };
 
 /// The points of a drive, without those beyond the lens model.
 /// @param edge_px  receives the largest distance from the principal point.
+/// @param heights  receives the points that have an index; nullptr: heights are no unknowns.
 std::vector<DrivePoint> PreparePoints(const calib::MountedCamera& up,
                                       const Drive& drive,
-                                      double& edge_px);
+                                      double& edge_px,
+                                      std::vector<KnownHeight>* heights);
 
 struct DriveParameters {
   std::array<double, kCameraErrors> errors{};
   std::vector<std::array<double, 3>> cameras;
+  std::vector<double> heights;  ///< rho
 };
 
 /// Standard deviations of the camera's errors before anything is seen: values that a drive does not
 /// determine stay near those of the rig.
 inline constexpr std::array<double, kCameraErrors> kPriorSigma{0.5, 0.5, 0.3, 100, 100, 0.2};
+/// The same of a height (rho). All heights together and the travel may have any scale: it stays
+/// that of the known heights.
+inline constexpr double kHeightSigma = 0.3;
 
 /// Standard deviations of the residuals.
 struct DriveScales {
@@ -54,6 +68,10 @@ struct DriveScales {
 /// levelled camera, in units of Z times 1 / (1 - kCameraFocal): in
 /// pixels when multiplied by the focal length of the rig.
 Eigen::Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point);
+/// The same for a point at another height, of which the error is a linear function.
+Eigen::Vector2d DriveErrorAt(double rho,
+                             const DriveParameters& parameters,
+                             const DrivePoint& point);
 
 /// The problem of a drive. The camera's errors are the first free parameters.
 struct DriveProblem : PairProblem {
@@ -62,9 +80,14 @@ struct DriveProblem : PairProblem {
                double focal_px,
                const DriveScales& scales,
                const DriveUnknowns& params,
+               const std::vector<KnownHeight>& heights,
                DriveParameters& parameters);
 
   std::vector<int> estimated;  ///< columns of the errors: indices of CameraError
+  int heights = 0;             ///< the last columns
+
+ private:
+  void AddHeights(const std::vector<KnownHeight>& known, DriveParameters& parameters);
 };
 
 }  // namespace ceilmap::calibration

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calib/base/statistics.hpp"
 #include "calib/solve/drive_covariance.hpp"
@@ -53,11 +54,46 @@ DriveScales EstimateScales(const std::vector<DrivePoint>& points,
   }
   DriveScales scales;
   scales.place_px = std::max(kLeastSigmaPx, Median(across_px) / kMedianOfAxis);
+  if (!parameters.heights.empty()) {
+    along.clear();
+    for (const double rho : parameters.heights) along.push_back(std::abs(rho - 1));
+  }
   if (!along.empty()) {
     const double depth = Median(along) / kMedianOfAxis;
     if (depth > kLeastDepth) scales.depth_ratio = depth;
   }
   return scales;
+}
+
+// The heights that the pairs of each point show under rough poses: their weighted median.
+void StartHeights(const std::vector<DrivePoint>& points,
+                  const std::vector<KnownHeight>& known,
+                  DriveParameters& parameters) {
+  std::vector<std::vector<std::pair<double, double>>> seen(known.size());  // rho, weight
+  for (const DrivePoint& point : points) {
+    if (point.height < 0) continue;
+    const Vector2d still = point.whitening * DriveErrorAt(0, parameters, point);
+    const Vector2d moved = point.whitening * DriveErrorAt(1, parameters, point) - still;
+    if (moved.norm() <= 0) continue;
+    seen[static_cast<std::size_t>(point.height)].emplace_back(
+        -moved.dot(still) / moved.squaredNorm(), moved.norm());
+  }
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    double half = 0;
+    for (const auto& [rho, weight] : seen[i]) half += 0.5 * weight;
+    std::sort(seen[i].begin(), seen[i].end());
+    double sum = 0;
+    double start = known[i].rho;
+    for (const auto& [rho, weight] : seen[i]) {
+      sum += weight;
+      if (sum < half) continue;
+      start = rho;
+      break;
+    }
+    constexpr double kFarthest = 0.5;
+    constexpr double kNearest = 4;
+    parameters.heights.push_back(std::clamp(start, kFarthest, kNearest));
+  }
 }
 
 DriveParameters StartOf(const calib::MountedCamera& up, const Drive& drive) {
@@ -67,6 +103,28 @@ DriveParameters StartOf(const calib::MountedCamera& up, const Drive& drive) {
     parameters.cameras.push_back({camera.x, camera.y, camera.yaw});
   }
   return parameters;
+}
+
+std::vector<PointHeight> DescribeHeights(const std::vector<DrivePoint>& points,
+                                         const std::vector<KnownHeight>& known,
+                                         const DriveParameters& parameters,
+                                         double focal_px,
+                                         double sigma_px) {
+  std::vector<double> information(known.size(), 1 / (kHeightSigma * kHeightSigma));
+  for (const DrivePoint& point : points) {
+    if (point.height < 0) continue;
+    const Vector2d by_height =
+        focal_px * point.whitening *
+        (DriveErrorAt(1, parameters, point) - DriveErrorAt(0, parameters, point));
+    information[static_cast<std::size_t>(point.height)] +=
+        by_height.squaredNorm() / (sigma_px * sigma_px);
+  }
+  std::vector<PointHeight> heights;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    heights.push_back(
+        {known[i].view, known[i].index, parameters.heights[i], 1 / std::sqrt(information[i])});
+  }
+  return heights;
 }
 
 void Describe(const std::vector<DrivePoint>& points,
@@ -105,15 +163,18 @@ DriveSolution SolveDrive(const calib::MountedCamera& up,
                          const DriveUnknowns& params) {
   DriveSolution solution;
   const double focal_px = std::sqrt(up.camera.fx * up.camera.fy);
-  const std::vector<DrivePoint> points = PreparePoints(up, drive, solution.edge_px);
+  std::vector<KnownHeight> heights;
+  const std::vector<DrivePoint> points =
+      PreparePoints(up, drive, solution.edge_px, params.heights ? &heights : nullptr);
   if (drive.cameras.size() < 3 || points.empty()) return solution;
   DriveParameters parameters = StartOf(up, drive);
+  StartHeights(points, heights, parameters);
   DriveScales scales = EstimateScales(points, parameters, focal_px);
   scales.depth_ratio = 0;  // until the poses are better than rough
   constexpr int kRounds = 4;
   constexpr int kIterations = 30;  // of a round, at most
   for (int round = 0; round < kRounds; ++round) {
-    DriveProblem problem(points, drive, focal_px, scales, params, parameters);
+    DriveProblem problem(points, drive, focal_px, scales, params, heights, parameters);
     if (!Minimise(problem, kIterations)) return solution;
     if (round + 1 == kRounds) {
       const MatrixXd covariance = DriveCovariance(problem, drive.cameras.size());
@@ -128,8 +189,27 @@ DriveSolution SolveDrive(const calib::MountedCamera& up,
     scales = EstimateScales(points, parameters, focal_px);
   }
   Describe(points, parameters, focal_px, scales, solution);
+  solution.heights = DescribeHeights(points, heights, parameters, focal_px, scales.place_px);
   solution.ok = solution.covariance.allFinite();
   return solution;
+}
+
+std::vector<PointHeight> HeightsOf(const calib::MountedCamera& up,
+                                   const Drive& drive,
+                                   const DriveSolution& solution) {
+  double edge_px = 0;
+  std::vector<KnownHeight> known;
+  const std::vector<DrivePoint> points = PreparePoints(up, drive, edge_px, &known);
+  DriveParameters parameters;
+  for (int i = 0; i < kCameraErrors; ++i) {
+    parameters.errors[static_cast<std::size_t>(i)] = solution.errors[i];
+  }
+  for (const Pose2& camera : solution.cameras) {
+    parameters.cameras.push_back({camera.x, camera.y, camera.yaw});
+  }
+  StartHeights(points, known, parameters);
+  const double focal_px = std::sqrt(up.camera.fx * up.camera.fy);
+  return DescribeHeights(points, known, parameters, focal_px, solution.sigma_px);
 }
 
 }  // namespace ceilmap::calibration

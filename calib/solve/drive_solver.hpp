@@ -39,6 +39,17 @@ struct DriveUnknowns {
   bool focal = false;  ///< whether these are estimated
   bool radial = false;
   bool readout = true;
+  /// Heights of the points that have an index: each has its own, in all pairs that show it.
+  /// Otherwise all are in the plane.
+  bool heights = false;
+};
+
+/// Height of a point that a view shows.
+struct PointHeight {
+  int view = 0;
+  int index = 0;   ///< PointCorrespondence::index
+  double rho = 1;  ///< Z divided by the point's distance
+  double sigma = 0;
 };
 
 struct DriveSolution {
@@ -55,6 +66,7 @@ struct DriveSolution {
   double sigma_px = 0;  ///< robust standard deviation of a fully informative point, one axis
   /// Robust standard deviation of the points' heights relative to Z: 0 for a plane ceiling.
   double depth_ratio = 0;
+  std::vector<PointHeight> heights;  ///< of DriveUnknowns::heights
   int places = 0;
   int inliers = 0;
 };
@@ -66,5 +78,11 @@ struct DriveSolution {
 DriveSolution SolveDrive(const calib::MountedCamera& up,
                          const Drive& drive,
                          const DriveUnknowns& params);
+
+/// Heights of all points of a drive that have an index, with the camera and the poses of a
+/// solution: of each the median of its pairs.
+std::vector<PointHeight> HeightsOf(const calib::MountedCamera& up,
+                                   const Drive& drive,
+                                   const DriveSolution& solution);
 
 }  // namespace ceilmap::calibration

@@ -27,6 +27,9 @@ struct PointCorrespondence {
   /// Weight matrix of an error in pixels of the first image (small along an edge); W'W is the
   /// inverse covariance up to a common factor.
   Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
+  /// The same number in pairs with the same first view: the same point. -1: unknown.
+  int index = -1;
+  double rho = 1;  ///< Z divided by the point's distance, as far as it is known
 };
 
 /// Velocity of the levelled camera at the time of a view, in the view's axes.

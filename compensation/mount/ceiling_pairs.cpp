@@ -1,6 +1,7 @@
 #include "compensation/mount/ceiling_pairs.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -20,7 +21,7 @@ class PairRegistrar {
   PairRegistrar(const CeilingRecording& recording,
                 const calib::MountedCamera& up,
                 double ceiling_height_m,
-                const std::vector<calibration::ViewVelocity>& velocities)
+                const KnownMotion& motion)
       : view_(up, ceiling_height_m),
         camera_(registration::PlaneCameraOf(view_)),
         lens_(up.camera),
@@ -29,26 +30,32 @@ class PairRegistrar {
     const double distance_m = ceiling_height_m - up.T_base_cam.translation().z();
     cv::Mat buffer;
     for (std::size_t i = 0; i < recording.keyframes.size(); ++i) {
-      velocities_.push_back(InBase(velocities[i], view_.T_base_camera(), distance_m));
+      velocities_.push_back(InBase(motion.velocities[i], view_.T_base_camera(), distance_m));
       spectra_.push_back(registrar_.AnalyzeFine(
           view_.Rectify(recording.keyframes[i].image, buffer, velocities_[i])));
+      if (motion.heights.empty()) continue;
+      spectra_.back().SetHeights(motion.heights[i] ? motion.heights[i] : Plane());
     }
   }
 
   std::vector<calibration::PointCorrespondence> Measure(std::size_t first,
                                                         std::size_t second,
                                                         const Pose2& T_first_second,
-                                                        bool accurate) {
+                                                        bool accurate,
+                                                        int blocks) {
     PlaneMotion motion = LevelMotion(T_first_second);
-    if (!accurate) {
+    const bool deep = spectra_[first].Heights() != nullptr;
+    if (!accurate && !deep) {
       const registration::PlaneFit fit =
           registrar_.RefinePlane(spectra_[first], spectra_[second], camera_, motion);
       if (!fit.ok) return {};
       motion = fit.motion;
     }
     std::vector<calibration::PointCorrespondence> points;
-    for (const registration::PlaneShift& shift :
-         registrar_.MeasurePlane(spectra_[first], spectra_[second], camera_, motion)) {
+    const std::vector<registration::PlaneShift> shifts =
+        deep ? registrar_.MeasureWithDepth(spectra_[first], spectra_[second], motion, blocks)
+             : registrar_.MeasurePlane(spectra_[first], spectra_[second], camera_, motion);
+    for (const registration::PlaneShift& shift : shifts) {
       const auto point = CorrespondenceOf(shift, velocities_[first], velocities_[second]);
       if (point) points.push_back(*point);
     }
@@ -60,6 +67,14 @@ class PairRegistrar {
   }
 
  private:
+  // All cells in the plane, as a first guess.
+  [[nodiscard]] std::shared_ptr<const heights::HeightField> Plane() const {
+    constexpr heights::HeightCell kInPlane{1, 0.05F};
+    auto plane = std::make_shared<heights::HeightField>(registrar_.EmptyHeights());
+    std::fill(plane->cells.begin(), plane->cells.end(), kInPlane);
+    return plane;
+  }
+
   // What shows a pixel of the view: a ray of the camera, and its row.
   struct Sight {
     Eigen::Vector2d ray;
@@ -92,8 +107,13 @@ class PairRegistrar {
     if (!first || !second) return std::nullopt;
     const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
     const Eigen::LLT<Eigen::Matrix2d> root(information + 1e-9 * Eigen::Matrix2d::Identity());
-    return calibration::PointCorrespondence{
-        first->ray, second->ray, first->row, second->row, root.matrixU().toDenseMatrix()};
+    return calibration::PointCorrespondence{first->ray,
+                                            second->ray,
+                                            first->row,
+                                            second->row,
+                                            root.matrixU().toDenseMatrix(),
+                                            shift.index,
+                                            shift.rho};
   }
 
   calib::CeilingView view_;
@@ -121,14 +141,13 @@ calibration::Recording MeasurePairs(const CeilingRecording& recording,
                                     const calib::MountedCamera& up,
                                     double ceiling_height_m,
                                     const KnownMotion& motion,
-                                    bool accurate) {
+                                    bool accurate,
+                                    int blocks) {
   constexpr std::array<std::size_t, 12> kDistances{1, 2, 3, 5, 8, 12, 18, 26, 36, 48, 62, 78};
   constexpr double kMinOverlap = 0.35;
   const std::vector<Pose2>& cameras = motion.cameras;
-  PairRegistrar registrar(WithoutFlicker(recording, cameras, up, ceiling_height_m),
-                          up,
-                          ceiling_height_m,
-                          motion.velocities);
+  PairRegistrar registrar(
+      WithoutFlicker(recording, cameras, up, ceiling_height_m), up, ceiling_height_m, motion);
   calibration::Recording measured;
   measured.velocities = motion.velocities;
   for (const Pose2& camera : cameras) {
@@ -141,7 +160,7 @@ calibration::Recording MeasurePairs(const CeilingRecording& recording,
       const Pose2 T_first_second = cameras[first].Inverse() * cameras[second];
       if (registrar.Overlap(T_first_second) < kMinOverlap) continue;
       calibration::ViewPair pair{static_cast<int>(first), static_cast<int>(second), {}};
-      pair.places = registrar.Measure(first, second, T_first_second, accurate);
+      pair.places = registrar.Measure(first, second, T_first_second, accurate, blocks);
       if (!pair.places.empty()) measured.pairs.push_back(std::move(pair));
     }
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <vector>
 
 #include "calib/base/pose2.hpp"
@@ -8,6 +9,7 @@
 #include "calib/rig.hpp"
 #include "calib/solve/rig_solver.hpp"
 #include "compensation/mount/ceiling_recording.hpp"
+#include "mapping/heights/height_field.hpp"
 
 namespace ceilmap::mount {
 
@@ -15,6 +17,8 @@ namespace ceilmap::mount {
 struct KnownMotion {
   std::vector<Pose2> cameras;                         ///< T_first_camera of the keyframes
   std::vector<calibration::ViewVelocity> velocities;  ///< at the keyframes
+  /// Heights that the keyframes show, nullptr: a plane. Empty: nothing is known of heights.
+  std::vector<std::shared_ptr<const heights::HeightField>> heights = {};
 };
 
 /// A velocity of the camera as one of base.
@@ -28,11 +32,13 @@ Twist2 InBase(const calibration::ViewVelocity& velocity,
 /// @param up  the camera as far as it is known.
 /// @param motion  The images of a rolling shutter are drawn with its velocities.
 /// @param accurate  camera and poses are known to one or two pixels over the image. Otherwise the
-///   motion of each pair is refined first, tilt included.
+///   motion of each pair is refined first, tilt included. Where heights are known, it is true.
+/// @param blocks  Maximum number of points of a pair, where heights are known.
 calibration::Recording MeasurePairs(const CeilingRecording& recording,
                                     const calib::MountedCamera& up,
                                     double ceiling_height_m,
                                     const KnownMotion& motion,
-                                    bool accurate);
+                                    bool accurate,
+                                    int blocks = 64);
 
 }  // namespace ceilmap::mount

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "calib/base/degrees.hpp"
+#include "compensation/mount/ceiling_pairs.hpp"
 #include "compensation/mount/ceiling_registrar.hpp"
 
 namespace ceilmap::mount {
@@ -31,9 +32,10 @@ bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
   recording_.has_stamps = stamp_s.has_value();
   const double time_s = stamp_s.value_or(static_cast<double>(recording_.frames));
   ++recording_.frames;
-  AnalyzedKeyframe current{{image.clone(), {}, {}, time_s},
-                           path_.size(),
-                           registrar_.Analyze(view_.Rectify(image, buffer_))};
+  AnalyzedKeyframe current{
+      {image.clone(), {}, {}, time_s},
+      path_.size(),
+      registrar_.Analyze(view_.Rectify(image, buffer_, ExpectedVelocity(time_s)))};
   if (recording_.keyframes.empty()) {
     path_.push_back({time_s, {}});
     Keep(std::move(current));
@@ -47,6 +49,7 @@ bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
   }
   if (!T_key_current) return false;
   const Pose2 T_first_current = key_.keyframe.T_first_camera * *T_key_current;
+  step_s_ = time_s - path_.back().stamp_s;
   step_ = T_first_last_.Inverse() * T_first_current;
   T_first_last_ = T_first_current;
   current.keyframe.T_first_camera = T_first_current;
@@ -60,8 +63,18 @@ bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
   return true;
 }
 
+// Of base, as between the two images before; at rest after a gap, and where times are unknown.
+Twist2 CeilingRecorder::ExpectedVelocity(double time_s) const {
+  constexpr double kMostSteps = 2.5;
+  if (!recording_.has_stamps || path_.size() < 2) return {};
+  if (time_s - path_.back().stamp_s > kMostSteps * step_s_) return {};
+  const calibration::ViewVelocity velocity = VelocityAt({{0, {}}, {step_s_, step_}}, 1);
+  return InBase(velocity, view_.T_base_camera(), view_.MetresPerPixel() * view_.FocalLength());
+}
+
 CeilingRecording CeilingRecorder::Finish() {
   if (last_) Keep(std::move(*last_));
+  KeepHeights();
   for (std::size_t i = 0; i < recording_.keyframes.size(); ++i) {
     recording_.keyframes[i].velocity = VelocityAt(path_, path_indices_[i]);
   }
@@ -125,7 +138,14 @@ bool CeilingRecorder::IsFarFromKeyframe(const Pose2& T_key_current) const {
          std::abs(T_key_current.yaw) > min_turn_rad_;
 }
 
+// The images that follow a keyframe refine its heights.
+void CeilingRecorder::KeepHeights() {
+  if (recording_.keyframes.empty()) return;
+  recording_.keyframes.back().heights = key_.spectrum.SharedHeights();
+}
+
 void CeilingRecorder::Keep(AnalyzedKeyframe frame) {
+  KeepHeights();
   key_ = std::move(frame);
   T_first_last_ = key_.keyframe.T_first_camera;
   std::vector<CeilingKeyframe>& keyframes = recording_.keyframes;

@@ -1,15 +1,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "calib/base/pose2.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
 #include "calib/solve/rig_solver.hpp"
 #include "compensation/mount/view_velocities.hpp"
+#include "mapping/heights/height_field.hpp"
 #include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -24,6 +27,8 @@ struct CeilingKeyframe {
   /// Of the camera, in the same units. Of recordings without stamps: per interval between images.
   calibration::ViewVelocity velocity;
   double stamp_s = 0;  ///< of recordings without stamps: number of the image
+  /// Of the view that followed the ceiling; nullptr: it looks plane.
+  std::shared_ptr<const heights::HeightField> heights = nullptr;
 };
 
 /// A turn on the spot or a drive under the ceiling.
@@ -68,8 +73,10 @@ class CeilingRecorder {
   registration::Registration Register(const registration::FrameSpectrum& current,
                                       const Pose2& expected);
   std::optional<Pose2> Follow(const registration::FrameSpectrum& current, const Pose2& expected);
+  [[nodiscard]] Twist2 ExpectedVelocity(double time_s) const;
   [[nodiscard]] bool IsFarFromKeyframe(const Pose2& T_key_current) const;
   void Keep(AnalyzedKeyframe frame);
+  void KeepHeights();
 
   const calib::CeilingView& view_;
   registration::PlaneCamera camera_;
@@ -82,7 +89,8 @@ class CeilingRecorder {
   AnalyzedKeyframe key_;
   std::optional<AnalyzedKeyframe> last_;  // unless it is the keyframe
   Pose2 T_first_last_;
-  Pose2 step_;                 // from the image before to the last one
+  Pose2 step_;                 // from the image before to the last one, of those that matched
+  double step_s_ = 0;          // and its time
   double min_distance_ratio_;  // between keyframes, of the image's diagonal
   double min_turn_rad_;
 };

@@ -5,6 +5,7 @@
 
 #include "calib/base/degrees.hpp"
 #include "calib/ceiling_view.hpp"
+#include "compensation/mount/drive_heights.hpp"
 #include "compensation/mount/drive_measurer.hpp"
 #include "compensation/mount/drive_spread.hpp"
 
@@ -153,7 +154,9 @@ void CheckWheels(const calib::Rig& rig,
   check.wheels = FitWheels(steps);
   if (!check.wheels || check.wheels->slip > kMostSlip) return;
   const calib::MountedCamera& up = *rig.up;
-  const double distance_m = rig.ceiling_height_m - up.T_base_cam.translation().z();
+  const bool known_better = check.distance_m && check.distance_m->IsWrong();
+  const double distance_m = known_better ? check.distance_m->seen.value
+                                         : rig.ceiling_height_m - up.T_base_cam.translation().z();
   const Measured& yaw = check.wheels->yaw_rad;
   const double stated_yaw = YawOfLevel(up);
   check.yaw_rad = Checked{
@@ -266,6 +269,44 @@ std::optional<Measurements> MeasureAgainAndAgain(const calib::MountedCamera& up,
   return result;
 }
 
+// Points at their own heights, which are measured again where camera, poses and heights are known
+// better. Blocks are small: each round removes most of the error that is left of the read-out time.
+std::optional<Measurements> MeasureHeights(const calib::MountedCamera& up,
+                                           const DriveSolution& start,
+                                           DriveMeasurer& measurer) {
+  constexpr int kRounds = 4;
+  Measurements result;
+  result.depth = true;
+  measurer.UseHeights();
+  calib::MountedCamera known = Tilted(up, start);
+  for (int round = 0; round < kRounds; ++round) {
+    result.drive = measurer.Measure(known, true);
+    result.solution = calibration::SolveDrive(up, result.drive, {.heights = true});
+    if (!result.solution.ok) return std::nullopt;
+    if (const auto plane = ReferencePlane(result.solution.heights, result.drive.cameras.size())) {
+      TakeAsPlane(plane->value, result.solution);
+    }
+    measurer.Improve(result.solution.cameras);
+    measurer.Improve(result.solution.heights, known);
+    known = Tilted(up, result.solution);
+  }
+  return result;
+}
+
+// The scale of poses under a ceiling with depth is that of the plane to which the rig's height
+// belongs, if one stands out. @return its relative standard deviation.
+std::optional<double> TakeCeilingAsPlane(const calib::MountedCamera& up,
+                                         DriveMeasurer& measurer,
+                                         DriveSolution& solution) {
+  measurer.Improve(solution.cameras);
+  const std::optional<Measured> plane = ReferencePlane(
+      calibration::HeightsOf(up, measurer.MeasureAll(Tilted(up, solution)), solution),
+      solution.cameras.size());
+  if (!plane) return std::nullopt;
+  TakeAsPlane(plane->value, solution);
+  return plane->sigma / plane->value;
+}
+
 // Whether a value that was not free was the cause of errors that looked like heights.
 bool ExplainsMore(const DriveSolution& free, const DriveSolution& held) {
   constexpr double kClearly = 0.85;
@@ -287,24 +328,25 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
                                      const DriveKnowledge& knowledge) {
   const calib::MountedCamera& up = *rig.up;
   DriveMeasurer measurer(rig.ceiling_height_m, parts);
-  const std::vector<DriveStep> rough_steps = measurer.Steps();
   DriveCheck check;
   check.focal_px = FocalOf(up);
-  const std::optional<Measurements> measured = MeasureAgainAndAgain(up, measurer);
+  std::optional<Measurements> measured = MeasureAgainAndAgain(up, measurer);
+  const bool deep = measured && measured->depth;
+  if (deep) measured = MeasureHeights(up, measured->solution, measurer);
   if (!measured) return std::nullopt;
   check.camera = measured->solution;
-  constexpr DriveUnknowns kLens{.radial = true};
-  constexpr DriveUnknowns kFocal{.focal = true};
+  const DriveUnknowns kLens{.radial = true, .heights = deep};
+  const DriveUnknowns kFocal{.focal = true, .heights = deep};
   check.with_lens = calibration::SolveDrive(up, measured->drive, kLens);
   DriveSolution with_focal = calibration::SolveDrive(up, measured->drive, kFocal);
   if (!check.with_lens.ok || !with_focal.ok) return std::nullopt;
-  if (measured->depth) {
+  if (deep) {
     const auto add_spread = [&](const DriveUnknowns& unknowns, DriveSolution& solution) {
       AddSpreadOfParts(up, measured->drive, unknowns, solution);
     };
     if (!ExplainsMore(check.with_lens, check.camera)) add_spread(kLens, check.with_lens);
     if (!ExplainsMore(with_focal, check.camera)) add_spread(kFocal, with_focal);
-    add_spread({}, check.camera);
+    add_spread({.heights = deep}, check.camera);
   }
   CheckLens(up, check);
   CheckFocal(up, with_focal, check);
@@ -313,12 +355,15 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
   } else if (check.focal_px_seen.IsWrong()) {
     check.camera = with_focal;
   }
+  double scale_doubt = check.camera.depth_ratio;
+  if (deep) {
+    const std::optional<double> doubt = TakeCeilingAsPlane(up, measurer, check.camera);
+    check.shows_plane = doubt.has_value();
+    scale_doubt = doubt.value_or(scale_doubt);
+  }
   measurer.Improve(check.camera.cameras);
-  // The rough poses have the scale of the ceiling's plane, which the fit loses where most points
-  // are below it.
-  const std::vector<DriveStep> steps = measured->depth ? rough_steps : measurer.Steps();
+  const std::vector<DriveStep> steps = measurer.Steps();
   for (const DriveStep& step : steps) check.turn_rad += std::abs(step.turn_rad);
-  const double scale_doubt = check.camera.depth_ratio;
   CheckDirection(steps, knowledge, check);
   CheckDistance(rig, check.camera.cameras, parts.size(), knowledge, scale_doubt, check);
   CheckOdometry(rig, steps, knowledge, scale_doubt, check);

@@ -62,7 +62,10 @@ struct DriveCheck {
   std::optional<Checked> distance_m;  ///< camera to ceiling, from odometry or the known distance
   std::optional<bool> mirrored;
   std::optional<Checked> late_s;  ///< of the stamps; stated as 0
-  double turn_rad = 0;            ///< sum of the sizes of all turns
+  /// Under a ceiling with depth: whether a surface stands out as the plane to which the rig's
+  /// height of the ceiling belongs. Otherwise axle and distance have a large deviation.
+  bool shows_plane = true;
+  double turn_rad = 0;  ///< sum of the sizes of all turns
   std::optional<WheelMotion> wheels;
   std::optional<OdometryFit> odometry;
 };

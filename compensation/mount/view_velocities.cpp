@@ -86,4 +86,19 @@ std::vector<ViewVelocity> RefineVelocities(const std::vector<Pose2>& rough,
   return result;
 }
 
+std::vector<ViewVelocity> VelocitiesOf(const std::vector<TimedPose>& views) {
+  std::vector<double> stamps_s;
+  std::vector<Pose2> poses;
+  for (const TimedPose& view : views) {
+    stamps_s.push_back(view.stamp_s);
+    poses.push_back(view.pose);
+  }
+  std::vector<ViewVelocity> result;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Vector3d rate = Slope(stamps_s, poses, i);
+    result.push_back({rate.head<2>(), rate.z()});
+  }
+  return result;
+}
+
 }  // namespace ceilmap::mount

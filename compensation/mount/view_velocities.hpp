@@ -29,4 +29,9 @@ std::vector<calibration::ViewVelocity> RefineVelocities(
     const std::vector<calibration::ViewVelocity>& velocities,
     const std::vector<Pose2>& accurate);
 
+/// Velocities of views whose poses and times are known, from each view and its neighbours alone: a
+/// parabola through them. For views that follow each other closely.
+/// @param views  at least two; stamps increase.
+std::vector<calibration::ViewVelocity> VelocitiesOf(const std::vector<TimedPose>& views);
+
 }  // namespace ceilmap::mount

@@ -344,7 +344,8 @@ void BlockStage::MeasurePlane(const Level& reference,
                               const std::vector<int>& chosen,
                               int search_px,
                               std::vector<PlaneShift>& shifts,
-                              std::span<const double> rho) {
+                              std::span<const double> rho,
+                              int passes) {
   shifts.clear();
   const double middle = 0.5 * (block_px_ - 1);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
@@ -353,18 +354,24 @@ void BlockStage::MeasurePlane(const Level& reference,
     const Eigen::Vector2d centre = Centre(i);
     const Eigen::Vector2d seen = motion.Apply(camera, centre, height);
     const Eigen::Matrix2d linear = motion.Jacobian(camera, centre, height);
-    const Eigen::Vector2d corner =
-        seen + Eigen::Vector2d(0.5 * (size_.width - 1), 0.5 * (size_.height - 1)) -
-        linear * Eigen::Vector2d(middle, middle);
-    const kernels::Affine map{static_cast<float>(linear(0, 0)),
-                              static_cast<float>(linear(0, 1)),
-                              static_cast<float>(corner.x()),
-                              static_cast<float>(linear(1, 0)),
-                              static_cast<float>(linear(1, 1)),
-                              static_cast<float>(corner.y())};
     PlaneShift shift;
-    if (!Inside(map, current) || !MeasureBlock(reference, current, i, map, search_px, shift.block))
-      continue;
+    Eigen::Vector2d found = Eigen::Vector2d::Zero();  // by the passes so far
+    bool ok = true;
+    for (int pass = 0; pass < passes && ok; ++pass) {
+      const Eigen::Vector2d corner =
+          seen + Eigen::Vector2d(0.5 * (size_.width - 1), 0.5 * (size_.height - 1)) -
+          linear * (Eigen::Vector2d(middle, middle) - found);
+      const kernels::Affine map{static_cast<float>(linear(0, 0)),
+                                static_cast<float>(linear(0, 1)),
+                                static_cast<float>(corner.x()),
+                                static_cast<float>(linear(1, 0)),
+                                static_cast<float>(linear(1, 1)),
+                                static_cast<float>(corner.y())};
+      ok = Inside(map, current) && MeasureBlock(reference, current, i, map, search_px, shift.block);
+      found += shift.block.shift;
+    }
+    if (!ok) continue;
+    shift.block.shift = found;
     shift.seen = seen + linear * shift.block.shift;
     shift.current_from_reference = linear;
     shift.index = i;

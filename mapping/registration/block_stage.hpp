@@ -93,6 +93,8 @@ class BlockStage {
   /// Shifts of the selected blocks under a plane motion, each block sampled with the motion's
   /// linear part at its centre; the motion is that of the level's image and camera.
   /// @param rho  inverse height ratio of each selected block (PlaneMotion::Apply); empty: all 1.
+  /// @param passes  how often a block is measured, each time from where the last one found it: for
+  ///   shifts that no correction of the motion will remove.
   void MeasurePlane(const Level& reference,
                     const Level& current,
                     const PlaneCamera& camera,
@@ -100,7 +102,8 @@ class BlockStage {
                     const std::vector<int>& chosen,
                     int search_px,
                     std::vector<PlaneShift>& shifts,
-                    std::span<const double> rho = {});
+                    std::span<const double> rho = {},
+                    int passes = 1);
 
  private:
   void SampleBlock(const Level& level, const kernels::Affine& map, RealArray& samples) const;

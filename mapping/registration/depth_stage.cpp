@@ -161,12 +161,20 @@ void DepthStage::MeasureSmall(const FrameSpectrum::Fine& reference,
                               const FrameSpectrum::Fine& current,
                               const PlaneMotion& motion,
                               const std::vector<int>& chosen,
-                              std::vector<PlaneShift>& shifts) {
+                              std::vector<PlaneShift>& shifts,
+                              int passes) {
   std::vector<double> rho;
   rho.reserve(chosen.size());
   for (const int block : chosen) rho.push_back(known.cells[static_cast<std::size_t>(block)].rho);
-  small_.MeasurePlane(
-      reference.fine, current.fine, fine_camera_, motion, chosen, kSmallSearch, shifts, rho);
+  small_.MeasurePlane(reference.fine,
+                      current.fine,
+                      fine_camera_,
+                      motion,
+                      chosen,
+                      kSmallSearch,
+                      shifts,
+                      rho,
+                      passes);
   for (PlaneShift& shift : shifts) {
     shift.rho_sigma = known.cells[static_cast<std::size_t>(shift.index)].sigma;
   }
@@ -358,6 +366,26 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
 heights::HeightField DepthStage::OnGrid(const heights::HeightField& known) const {
   if (known.grid == unknown_.grid && known.cells.size() == unknown_.cells.size()) return known;
   return heights::Predict(known, unknown_, [](const Eigen::Vector2d& x, double) { return x; });
+}
+
+std::vector<PlaneShift> DepthStage::Measure(const FrameSpectrum::Fine& reference,
+                                            const heights::HeightField& known,
+                                            const FrameSpectrum::Fine& current,
+                                            const PlaneMotion& motion,
+                                            int count) {
+  auto chosen = small_.Select(reference.fine, current.fine, OnFine(motion), count);
+  std::erase_if(chosen, [&known](int block) {
+    return known.cells[static_cast<std::size_t>(block)].sigma >= heights::kMeasuredSigma;
+  });
+  std::vector<PlaneShift> shifts;
+  constexpr int kPasses = 2;
+  MeasureSmall(reference, known, current, motion, chosen, shifts, kPasses);
+  for (PlaneShift& shift : shifts) {
+    shift.block.point = fine_frame_.factor * shift.block.point + fine_frame_.offset;
+    shift.block.shift *= fine_frame_.factor;
+    shift.seen = fine_frame_.factor * shift.seen + fine_frame_.offset;
+  }
+  return shifts;
 }
 
 heights::HeightField DepthStage::Refined(const FrameSpectrum::Fine& reference,

@@ -42,6 +42,14 @@ class DepthStage {
   /// Heights on the grid of this stage: those of a map file may be on another one.
   [[nodiscard]] heights::HeightField OnGrid(const heights::HeightField& known) const;
 
+  /// Places of blocks whose heights are known, where `motion` and the heights predict them; in
+  /// pixels of the full images, from their centres. @param count  Maximum number of blocks.
+  std::vector<PlaneShift> Measure(const FrameSpectrum::Fine& reference,
+                                  const heights::HeightField& known,
+                                  const FrameSpectrum::Fine& current,
+                                  const PlaneMotion& motion,
+                                  int count);
+
   /// `known`, refined by another image whose motion is known.
   heights::HeightField Refined(const FrameSpectrum::Fine& reference,
                                const heights::HeightField& known,
@@ -78,7 +86,8 @@ class DepthStage {
                     const FrameSpectrum::Fine& current,
                     const PlaneMotion& motion,
                     const std::vector<int>& chosen,
-                    std::vector<PlaneShift>& shifts);
+                    std::vector<PlaneShift>& shifts,
+                    int passes = 1);
   [[nodiscard]] ImageMotion OnFine(const PlaneMotion& motion) const;
   static void SetPriors(const heights::HeightField& known, std::vector<PlaneShift>& shifts);
   void Absorb(const DepthFit& fit,

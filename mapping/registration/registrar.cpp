@@ -258,6 +258,18 @@ std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
       *reference.fine_, *current.fine_, camera, motion, impl_->params.final_blocks);
 }
 
+std::vector<PlaneShift> Registrar::MeasureWithDepth(const FrameSpectrum& reference,
+                                                    const FrameSpectrum& current,
+                                                    const PlaneMotion& motion,
+                                                    int count) {
+  CheckNotEmpty(reference, current, "MeasureWithDepth");
+  impl_->fine.PrepareFine(*reference.fine_);
+  DepthStage& depth = impl_->Depth();
+  depth.PrepareReference(*reference.fine_);
+  return depth.Measure(
+      *reference.fine_, depth.OnGrid(*reference.heights_), *current.fine_, motion, count);
+}
+
 Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const ImageMotion& motion) {

@@ -252,6 +252,15 @@ class Registrar {
                                                      const PlaneCamera& camera,
                                                      const PlaneMotion& motion);
 
+  /// The same under a ceiling with depth: smaller blocks, at places whose heights are known. Their
+  /// indices are those of the cells of the heights.
+  /// @param reference  has heights. @param motion  known, with the heights, to about 2 px.
+  /// @param count  Maximum number of blocks, those with the most texture first.
+  [[nodiscard]] std::vector<PlaneShift> MeasureWithDepth(const FrameSpectrum& reference,
+                                                         const FrameSpectrum& current,
+                                                         const PlaneMotion& motion,
+                                                         int count);
+
  private:
   void Check(const cv::Mat& grey, const cv::Mat& mask) const;
 

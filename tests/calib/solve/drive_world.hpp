@@ -51,8 +51,9 @@ class DriveWorld {
     }
     drive_.starts = {0};
     for (int first = 0; first < 40; ++first) {
+      points_.push_back(SomePoints(first));
       for (const int apart : {1, 2, 4, 8}) {
-        if (first + apart < 40) AddPair(first, first + apart);
+        if (first + apart < 40) AddPair(first, first + apart, points_.back());
       }
     }
   }
@@ -61,6 +62,11 @@ class DriveWorld {
     return SolveDrive(up_, drive_, params);
   }
   [[nodiscard]] const Drive& GetDrive() const { return drive_; }
+  /// Z divided by the distance of a point.
+  [[nodiscard]] double RhoOf(const PointHeight& point) const {
+    return 1 /
+           points_[static_cast<std::size_t>(point.view)][static_cast<std::size_t>(point.index)].z();
+  }
 
  private:
   struct Sight {
@@ -86,17 +92,32 @@ class DriveWorld {
     return sight;
   }
 
-  void AddPair(int first, int second) {
+  /// Around a view.
+  std::vector<Eigen::Vector3d> SomePoints(int view) {
     std::uniform_real_distribution<double> anywhere(-0.8, 0.8);
     std::uniform_real_distribution<double> height(1 - truth_.depth, 1);
-    ViewPair pair{first, second, {}};
+    std::vector<Eigen::Vector3d> points;
     for (int k = 0; k < 30; ++k) {
-      const Eigen::Vector2d place = drive_.cameras[static_cast<std::size_t>(first)] *
+      const Eigen::Vector2d place = drive_.cameras[static_cast<std::size_t>(view)] *
                                     Eigen::Vector2d(anywhere(random_), anywhere(random_));
-      const Eigen::Vector3d point(place.x(), place.y(), height(random_));
-      const Sight a = See(point, first);
-      const Sight b = See(point, second);
-      pair.places.push_back({a.ray, b.ray, a.row, b.row, Eigen::Matrix2d::Identity()});
+      points.emplace_back(place.x(), place.y(), height(random_));
+    }
+    return points;
+  }
+
+  void AddPair(int first, int second, const std::vector<Eigen::Vector3d>& points) {
+    std::normal_distribution<double> doubt(1, 0.05);
+    ViewPair pair{first, second, {}};
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const Sight a = See(points[k], first);
+      const Sight b = See(points[k], second);
+      pair.places.push_back({a.ray,
+                             b.ray,
+                             a.row,
+                             b.row,
+                             Eigen::Matrix2d::Identity(),
+                             static_cast<int>(k),
+                             doubt(random_) / points[k].z()});
     }
     drive_.pairs.push_back(pair);
   }
@@ -106,6 +127,7 @@ class DriveWorld {
   calib::Lens lens_;
   Eigen::Matrix3d R_level_cam_ = Eigen::Matrix3d::Identity();
   Drive drive_;
+  std::vector<std::vector<Eigen::Vector3d>> points_;  // of the views
   std::mt19937 random_{7};
 };
 

@@ -45,6 +45,15 @@ TEST(ViewVelocities, AreThoseOfTheImagesNearby) {
   }
 }
 
+TEST(ViewVelocities, OfViewsAlone) {
+  const std::vector<TimedPose> path = Path(0.15, 3);
+  const std::vector<ViewVelocity> velocities = VelocitiesOf(path);
+  ASSERT_EQ(velocities.size(), path.size());
+  for (const std::size_t i : {std::size_t{0}, std::size_t{7}, path.size() - 1}) {
+    ExpectVelocity(velocities[i], path[i].stamp_s, 0.005);
+  }
+}
+
 TEST(ViewVelocities, OfFewImages) {
   const std::vector<TimedPose> slow = Path(0.25, 1);
   ExpectVelocity(VelocityAt(slow, 2), 0.5, 0.01);

@@ -33,6 +33,34 @@ class RegistrarDepth : public testing::Test {
   Registrar registrar_{kDeckSize};
 };
 
+TEST_F(RegistrarDepth, BlocksAreFoundWhereTheirHeightsPredictThem) {
+  const ImageMotion truth{4, 30, 0.03};
+  FrameSpectrum reference = See({}, 1);
+  reference.SetHeights(registrar_.RegisterWithDepth(reference, See(truth, 2), Near(truth)).heights);
+  ASSERT_NE(reference.Heights(), nullptr);
+  // Farther away: by the plane alone, blocks of the strips would be looked for 20 px beside.
+  const ImageMotion far{10, 60, 0.05};
+  ImageMotion near = far;
+  near.tx_px *= kNearRho;
+  near.ty_px *= kNearRho;
+  constexpr double kFocalPx = 640;  // without a camera; level motions do not depend on it
+  const PlaneMotion motion = PlaneMotion::FromSimilarity({kFocalPx}, far);
+  constexpr int kCount = 120;
+  const auto places = registrar_.MeasureWithDepth(reference, See(far, 3), motion, kCount);
+  EXPECT_LE(places.size(), static_cast<std::size_t>(kCount));
+  int right = 0;
+  int strips = 0;
+  for (const PlaneShift& place : places) {
+    const bool is_near = ceiling_.Cover(place.block.point) > 0.5;
+    const ImageMotion& of_place = is_near ? near : far;
+    if ((place.seen - of_place.Apply(place.block.point)).norm() > 0.5) continue;
+    ++right;
+    if (is_near) ++strips;
+  }
+  EXPECT_GT(right, static_cast<int>(places.size()) * 7 / 10);
+  EXPECT_GT(strips, 15);
+}
+
 TEST_F(RegistrarDepth, OneImageShowsHeightsAndTheReferencePlane) {
   const ImageMotion truth{4, 30, 0.03};
   const FrameSpectrum reference = See({}, 1);
