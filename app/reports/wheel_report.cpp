@@ -58,12 +58,14 @@ std::vector<std::string> WheelWarnings(const SensorResult& result) {
         fmt::format("{}: contradicts the ceiling all the way, and was not used further; {}",
                     odometry,
                     CauseOf(wheels)));
-  } else if (wheels.missing > 0) {
+  } else if (wheels.samples == 0 || wheels.missing > 0) {
+    const std::string frames =
+        wheels.samples == 0 ? "no frame has" : fmt::format("{} frames have no", wheels.missing);
     warnings.push_back(
-        fmt::format("{}: {} frames have no odometry at their time (gaps, or another clock: it "
-                    "covers {:.3f} to {:.3f} s)",
+        fmt::format("{}: {} odometry at the same time (gaps, or another clock: it covers {:.3f} to "
+                    "{:.3f} s)",
                     odometry,
-                    wheels.missing,
+                    frames,
                     result.inputs->Odometry().FirstStamp(),
                     result.inputs->Odometry().LastStamp()));
   }
