@@ -81,6 +81,8 @@ struct Localizer::Impl {
 
   MotionModel motion;                        // started: the robot is tracked
   WheelPrediction by_wheels;                 // since the last pose
+  // By the wheels, since the last frame that did not repeat the one before.
+  std::optional<wheels::RelativeMotion> unused_motion;
   std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
   LevelFrame last_frame;                     // the last one with a pose ...
   PoseWithCovariance last_pose;              // ... its pose ...
@@ -474,6 +476,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   location.pose.stamp_s = frame.stamp_s;
   location.pose.tilt = frame.tilt;
   me.by_wheels.Move(frame.wheels);
+  me.unused_motion = wheels::Joined(me.unused_motion, frame.wheels);
   if (frame.repeated > mapping::kMaxRepeated) {
     location.pose.status = TrackingStatus::kAmbiguous;
     me.Predict(std::nullopt, location);
@@ -489,7 +492,10 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   me.matcher.Analyze(level);
   const FrameSpectrum& spectrum = level.image.spectrum;
   me.report.analyze_ms += MillisecondsSince(start);
-  GlobalSearch::Known known{std::nullopt, frame.wheels, me.by_wheels.Pose()};
+  GlobalSearch::Known known;
+  known.wheels = std::exchange(me.unused_motion, wheels::RelativeMotion{});
+  known.expected = me.by_wheels.Pose();
+  known.trusted = !me.by_wheels.IsContradicted();
   if (frame.heading) known.yaw = me.heading.InMap(*frame.heading, frame.stamp_s);
 
   start = Clock::now();

@@ -126,7 +126,18 @@ TEST_F(LocalizerWheelsTest, RepeatedImagesArePredicted) {
     EXPECT_EQ(location.pose.status, TrackingStatus::kPredicted);
     EXPECT_LT(Sigmas(location, visitor.Truth()), 4) << i;
   }
-  EXPECT_EQ(visitor.Lit(kStep).pose.status, TrackingStatus::kRelocalized);
+  EXPECT_TRUE(visitor.Lit(kStep).Placed());
+}
+
+TEST_F(LocalizerWheelsTest, RepeatedImagesInTheDarkDoNotShortenTheWay) {
+  WheeledVisitor visitor(*map_, {1.5, 1.2, 0});
+  for (int i = 0; i < 8; ++i) (void)visitor.Lit(kStep);
+  for (int i = 0; i < 2; ++i) (void)visitor.Dark(kStep);
+  for (int i = 0; i < 10; ++i) (void)visitor.Dark(kStep, true, 1);
+  const Location location = visitor.Dark(kStep);
+  EXPECT_EQ(location.pose.status, TrackingStatus::kPredicted);
+  EXPECT_LT(Sigmas(location, visitor.Truth()), 4);
+  EXPECT_TRUE(visitor.Lit(kStep).Placed());
 }
 
 TEST_F(LocalizerWheelsTest, ASlipLosesNoFrame) {

@@ -128,8 +128,8 @@ TEST(PredictedFrames, UncertainFramesAreLeftOut) {
   by_yaw.Interrupt(Placed(0, {}), nullptr);
   for (int i = 1; i <= 3; ++i) by_yaw.Add(Unseen(i), Ahead(0, 0.5));  // 0.7 and 0.87 rad
   EXPECT_EQ(by_yaw.Place({Placed(0, {})}).size(), 2U);
-  // Between two ends the same frames are certain enough.
-  EXPECT_EQ(ThreeInTheDark(Ahead(1.2)).Place({Placed(0, {}), Placed(4, {2, 0, 0})}).size(), 2U);
+  // Between two ends the same frames are certain enough: 1.7 m in the middle.
+  EXPECT_EQ(ThreeInTheDark(Ahead(1.2)).Place({Placed(0, {}), Placed(4, {2, 0, 0})}).size(), 3U);
 }
 
 TEST(PredictedFrames, WithoutAPlaceBeforeThereIsNoRun) {

@@ -110,5 +110,14 @@ TEST(RelativeMotion, StatesTheErrorsOfBothDirections) {
   EXPECT_NEAR((motion.Back(end).covariance - backwards).norm(), 0, 1e-9);
 }
 
+TEST(RelativeMotion, JoinedIsUnknownWhereAPartIs) {
+  const RelativeMotion a = WithErrors({0.7, -0.4, 1.3});
+  const RelativeMotion b = WithErrors({0.1, 0.2, -0.5});
+  ASSERT_TRUE(Joined(a, b));
+  EXPECT_NEAR(Joined(a, b)->T_before_now.x, (a * b).T_before_now.x, 1e-15);
+  EXPECT_FALSE(Joined(a, std::nullopt));
+  EXPECT_FALSE(Joined(std::nullopt, b));
+}
+
 }  // namespace
 }  // namespace ceilmap::wheels
