@@ -79,8 +79,8 @@ struct Localizer::Impl {
         shape(map),
         heading(p.heading) {}
 
-  MotionModel motion;                        // started: the robot is tracked
-  WheelPrediction by_wheels;                 // since the last pose
+  MotionModel motion;         // started: the robot is tracked
+  WheelPrediction by_wheels;  // since the last pose
   // By the wheels, since the last frame that did not repeat the one before.
   std::optional<wheels::RelativeMotion> unused_motion;
   std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
