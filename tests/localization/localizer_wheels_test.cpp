@@ -21,7 +21,10 @@ using synthetic::Visitor;
 /// A visitor whose wheels have the errors that they state.
 class WheeledVisitor : public Visitor {
  public:
-  explicit WheeledVisitor(const TrueMap& map, const Pose2& start) : Visitor(map), truth_(start) {}
+  WheeledVisitor(const TrueMap& map, const Pose2& start, const LocalizerParams& params = {})
+      : Visitor(map, synthetic::UpCamera(250, 0.5), params), truth_(start) {}
+
+  double noise_per_sqrt_m = 0.01;  ///< of the travel
 
   const Pose2& Truth() const { return truth_; }
 
@@ -52,7 +55,7 @@ class WheeledVisitor : public Visitor {
  private:
   wheels::RelativeMotion Reported(const Pose2& step, double slip_m) {
     const double length_m = step.Translation().norm();
-    const double sigma_m = 0.01 * std::sqrt(length_m);
+    const double sigma_m = noise_per_sqrt_m * std::sqrt(length_m);
     const double sigma_rad = 2 * kRadPerDeg * std::sqrt(length_m);
     wheels::RelativeMotion motion;
     motion.T_before_now = step * Pose2{slip_m + sigma_m * normal_(random_), 0, 0} *
@@ -172,6 +175,50 @@ TEST_F(LocalizerWheelsTest, ResetForgetsTheWheels) {
   for (int i = 0; i < 8; ++i) (void)visitor.Lit(kStep);
   visitor.Get().Reset();
   EXPECT_EQ(visitor.Dark(kStep).pose.status, TrackingStatus::kLost);
+}
+
+/// Under tiles that are all the same, 0.6 m wide, started at a known pose.
+class WheelsUnderTilesTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { map_ = new TrueMap(synthetic::Periodic()); }
+  static void TearDownTestSuite() { delete map_; }
+  static WheeledVisitor Started() {
+    LocalizerParams params;
+    PoseWithCovariance start{kStart};
+    start.covariance.diagonal() << 1.6e-3, 1.6e-3, 4e-4;
+    params.start = start;
+    WheeledVisitor visitor(*map_, kStart, params);
+    for (int i = 0; i < 8; ++i) EXPECT_TRUE(visitor.Lit(kAhead).Placed()) << i;
+    return visitor;
+  }
+
+  static constexpr Pose2 kStart{1.2, 1.1, 0.2};
+  static constexpr Pose2 kAhead{0.05, 0, 0};
+  static TrueMap* map_;
+};
+TrueMap* WheelsUnderTilesTest::map_ = nullptr;
+
+TEST_F(WheelsUnderTilesTest, GoodWheelsCountTheTilesInTheDark) {
+  WheeledVisitor visitor = Started();
+  for (int i = 0; i < 20; ++i) (void)visitor.Dark(kAhead);
+  for (int i = 0; i < 6; ++i) EXPECT_TRUE(visitor.Lit(kAhead).Placed()) << i;
+}
+
+TEST_F(WheelsUnderTilesTest, PoorWheelsLeaveTheTileOpen) {
+  WheeledVisitor visitor = Started();
+  visitor.noise_per_sqrt_m = 0.25;
+  for (int i = 0; i < 20; ++i) (void)visitor.Dark(kAhead);
+  for (int i = 0; i < 6; ++i) EXPECT_FALSE(visitor.Lit(kAhead).Placed()) << i;
+}
+
+TEST_F(WheelsUnderTilesTest, ACarriedRobotIsNotPlacedAtItsOldPose) {
+  for (const double off : {-0.25, -0.1, 0.13, 0.28}) {
+    WheeledVisitor visitor = Started();
+    Pose2 T = visitor.Truth();
+    T = {T.x + 0.6 + off, T.y + 0.6 - 0.5 * off, T.yaw + 0.1};
+    EXPECT_FALSE(visitor.Carried(T).Placed()) << off;
+    for (int i = 0; i < 12; ++i) EXPECT_FALSE(visitor.Lit(kAhead).Placed()) << off << " " << i;
+  }
 }
 
 }  // namespace
