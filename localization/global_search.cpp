@@ -344,6 +344,10 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   const bool drifts = known.yaw && known.yaw->frame != HeadingFrame::kMap;
   if (drifts && frames_ > params_.give_up_heading_after) known.yaw.reset();
   if (known.yaw) hypotheses_.Turn(*known.yaw);
+  // Noise in the dark contradicts no place, but after some frames its hypothesis is dropped.
+  if (known.trusted && known.expected && !hypotheses_.Contains(known.expected->pose)) {
+    hypotheses_.Trust(*known.expected);
+  }
   hypotheses_.MatchAll([&](const Hypothesis& h) {
     std::optional<MapMatch> match = MatchNear(h.pose.pose, spectrum, h.pose);
     if (!match && h.trusted) match = matcher_.CorrectNear(h.pose, spectrum);

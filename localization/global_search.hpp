@@ -53,6 +53,8 @@ class GlobalSearch {
     std::optional<wheels::RelativeMotion> wheels;  ///< since the frame before
     /// By the wheels since the robot was seen last. For a while only places there are searched.
     std::optional<PoseWithCovariance> expected;
+    /// Nothing that was seen since contradicts that pose: one match confirms it.
+    bool trusted = false;
   };
   Result Next(const LevelFrame& frame,
               const registration::FrameSpectrum& spectrum,

@@ -12,18 +12,12 @@
 #include "localization/global_search.hpp"
 #include "localization/map_matcher.hpp"
 #include "localization/map_uncertainty.hpp"
+#include "localization/tracker.hpp"
 #include "localization/wheel_prediction.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/repetition.hpp"
 
 namespace ceilmap::localization {
-
-namespace {
-
-// A measured pose further from the predicted one is rejected, in standard deviations, > 0.
-constexpr double kMaxSigmas = 5;
-
-}  // namespace
 
 using graph::TrackingStatus;
 using registration::FrameSpectrum;
@@ -60,27 +54,20 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// A match near an expected pose.
-struct ExpectedMatch {
-  MapMatch match;
-  PoseWithCovariance expected;
-  std::shared_ptr<const Patch> patch;
-  double sigmas = 0;  // between the two
-};
-
 }  // namespace
 
 struct Localizer::Impl {
   Impl(const store::MapReader& map, const calib::MountedCamera& up, const LocalizerParams& p)
-      : motion(p.motion),
-        params(p),
+      : params(p),
         matcher(map, up, p),
+        tracker(matcher, p),
         search(map, matcher, p),
         shape(map),
         heading(p.heading) {}
 
-  MotionModel motion;                        // started: the robot is tracked
-  WheelPrediction by_wheels;                 // since the last pose
+  WheelPrediction by_wheels;  // since the last pose
+  // By the wheels, since the last frame that did not repeat the one before.
+  std::optional<wheels::RelativeMotion> unused_motion;
   std::optional<TiltAngles> unnoticed_tilt;  // of the latest check, if significant
   LevelFrame last_frame;                     // the last one with a pose ...
   PoseWithCovariance last_pose;              // ... its pose ...
@@ -88,12 +75,12 @@ struct Localizer::Impl {
   std::optional<MotionModel> motion_before;  // at the time when the robot was lost
   LocalizerParams params;
   MapMatcher matcher;
+  Tracker tracker;
   GlobalSearch search;
   MapUncertainty shape;
   HeadingFusion heading;
   LocalizerReport report;
 
-  std::shared_ptr<const Patch> patch;  // the robot is tracked on it
   // Of the view of `matcher`, made for the first tilted frame.
   std::optional<calib::LevelView> level_view;
   cv::Mat rectified;
@@ -109,20 +96,8 @@ struct Localizer::Impl {
                  Location& location);
   void InflateByTilt(Location& location);
   void Check(const CeilingFrame& frame) const;
-  void ChoosePatch(const PoseWithCovariance& expected);
-  std::optional<MapMatch> MatchFromBeside(const FrameSpectrum& spectrum,
-                                          const PoseWithCovariance& expected);
-  void TakeHeading(const HeadingPrior& yaw);
   [[nodiscard]] bool CanBeAt(const PoseWithCovariance& pose, double stamp_s) const;
-  [[nodiscard]] double InnovationSigma(const MapMatch& match,
-                                       const PoseWithCovariance& expected) const;
-  bool Track(double stamp_s,
-             const FrameSpectrum& spectrum,
-             const std::optional<HeadingPrior>& yaw,
-             Location& location);
-  std::optional<ExpectedMatch> MatchAt(const PoseWithCovariance& expected_pose,
-                                       const FrameSpectrum& spectrum);
-  void Accept(const ExpectedMatch& found, const FrameSpectrum& spectrum, Location& location);
+  void Accept(const Tracker::Found& found, const FrameSpectrum& spectrum, Location& location);
   [[nodiscard]] bool IsDropout(double stamp_s) const;
   void StartSearch();
   void Search(const LevelFrame& frame,
@@ -192,129 +167,17 @@ void Localizer::Impl::Check(const CeilingFrame& frame) const {
   }
 }
 
-/// Keeps the patch while enough of it is in view. The next patch lies ahead, so that it can be used
-/// longer. Under a ceiling with depth a patch shows soon what is hidden from the robot: it is used
-/// for a shorter way, and drawn where the robot will be.
-void Localizer::Impl::ChoosePatch(const PoseWithCovariance& expected) {
-  constexpr double kMinDepthOverlap = 0.85;
-  const bool depth = matcher.HasDepth();
-  const double min_overlap =
-      depth ? std::max(params.min_overlap, kMinDepthOverlap) : params.min_overlap;
-  const Pose2& T_map_base = expected.pose;
-  const auto in_view = [&] { return patch && matcher.Overlap(*patch, T_map_base) >= min_overlap; };
-  if (in_view()) return;
-  const auto draw = [&](const Pose2& at) {
-    patch = depth ? matcher.Patches().Exactly(at) : matcher.Patches().Near(at);
-  };
-  constexpr double kSlow = 0.05;  // m/s: direction of travel not defined
-  // Of the span: less than the way for which a patch is used.
-  const double ahead_ratio = depth ? 0.05 : 0.17;
-  const Eigen::Vector2d velocity = motion.Velocity().head<2>();
-  if (velocity.norm() > kSlow) {
-    const Eigen::Vector2d ahead = ahead_ratio * matcher.Span() * velocity.normalized();
-    draw(T_map_base * Pose2{ahead.x(), ahead.y(), 0});
-    if (in_view()) return;
-  }
-  draw(T_map_base);
-}
-
-/// Where the patch is drawn from the robot's own place, no block can be explained by its height,
-/// and small distortions of the image (rolling shutter) exclude many. From a place beside it they
-/// are not.
-std::optional<MapMatch> Localizer::Impl::MatchFromBeside(const FrameSpectrum& spectrum,
-                                                         const PoseWithCovariance& expected) {
-  constexpr double kBesideRatio = 0.06;  // of the span
-  const Pose2 beside = expected.pose * Pose2{kBesideRatio * matcher.Span(), 0, 0};
-  const std::shared_ptr<const Patch> other = matcher.Patches().Exactly(beside);
-  if (!other) return std::nullopt;
-  std::optional<MapMatch> match = matcher.MatchAt(*other, spectrum, expected);
-  if (match) patch = other;
-  return match;
-}
-
-/// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.
-void Localizer::Impl::TakeHeading(const HeadingPrior& yaw) {
-  const PoseWithCovariance expected = motion.Pose();
-  const double off = WrapAngle(yaw.heading_rad - expected.pose.yaw);
-  const double variance = expected.covariance(2, 2) + yaw.variance_rad2;
-  if (off * off > kMaxSigmas * kMaxSigmas * variance) return;
-  motion.UpdateYaw(yaw.heading_rad, yaw.variance_rad2);
-}
-
-/// Robots do not jump. For an apparent jump, the image may be of another time, or damaged without
-/// an error of its decoder, even if the match is good.
-/// @return standard deviation that accounts for this, m; 0 where the motion is near constant
-///   velocity.
-double Localizer::Impl::InnovationSigma(const MapMatch& match,
-                                        const PoseWithCovariance& expected) const {
-  constexpr double kExactPx = 1.5;
-  constexpr double kSigmas = 2.5;
-  constexpr double kInflation = 0.5;  // of the position innovation
-  const double off = (match.pose.pose.Translation() - expected.pose.Translation()).norm();
-  const double sigma =
-      std::hypot(PositionSigma(expected.covariance), kExactPx * matcher.View().MetresPerPixel());
-  return off > kSigmas * sigma ? kInflation * off : 0;
-}
-
-/// Expects the robot where its wheels say, else where it is at constant velocity. Where the ceiling
-/// is seen there only, the wheels have slipped.
-bool Localizer::Impl::Track(double stamp_s,
-                            const FrameSpectrum& spectrum,
-                            const std::optional<HeadingPrior>& yaw,
-                            Location& location) {
-  motion.Predict(stamp_s);
-  if (yaw) TakeHeading(*yaw);
-  constexpr double kPlausible = 3;  // standard deviations
-  const std::optional<PoseWithCovariance> by_wheel = by_wheels.Pose();
-  std::optional<ExpectedMatch> found;
-  if (by_wheel) found = MatchAt(*by_wheel, spectrum);
-  const bool textured = matcher.Verdict() != registration::Verdict::kNoTexture;
-  if (!by_wheel || (textured && !(found && found->sigmas < kPlausible))) {
-    const std::optional<ExpectedMatch> at_constant_velocity = MatchAt(motion.Pose(), spectrum);
-    const bool slipped = by_wheel && at_constant_velocity &&
-                         (!found || at_constant_velocity->sigmas < found->sigmas);
-    report.slips += slipped ? 1 : 0;
-    if (!found || slipped) found = at_constant_velocity;
-  }
-  if (!found) return false;
-  Accept(*found, spectrum, location);
-  return true;
-}
-
-/// Nothing where the image does not match the map near there.
-std::optional<ExpectedMatch> Localizer::Impl::MatchAt(const PoseWithCovariance& expected_pose,
-                                                      const FrameSpectrum& spectrum) {
-  PoseWithCovariance expected = expected_pose;
-  // After a gap in time one match is not enough, because of perceptual aliasing.
-  constexpr double kVagueRatio = 0.2;
-  if (PositionSigma(expected.covariance) > kVagueRatio * matcher.Span()) return std::nullopt;
-  ChoosePatch(expected);
-  if (!patch) return std::nullopt;
-  std::optional<MapMatch> match = matcher.MatchAt(*patch, spectrum, expected);
-  if (!match && matcher.HasDepth()) match = MatchFromBeside(spectrum, expected);
-  if (!match) return std::nullopt;
-  const double floor = MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel();
-  const double floor_rad = MapMatcher::kMinPriorSigmaRad;
-  expected.covariance.diagonal() +=
-      Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
-  const double sigmas = std::sqrt(SquaredDistance(match->pose, expected));
-  if (!(sigmas <= kMaxSigmas)) return std::nullopt;
-  return ExpectedMatch{*match, expected_pose, patch, sigmas};
-}
-
-void Localizer::Impl::Accept(const ExpectedMatch& found,
+void Localizer::Impl::Accept(const Tracker::Found& found,
                              const FrameSpectrum& spectrum,
                              Location& location) {
-  patch = found.patch;
-  const double innovation_sigma = InnovationSigma(found.match, found.expected);
-  motion.Update(found.match.pose);
+  report.slips += found.slipped ? 1 : 0;
   Place(found.match, location);
   location.pose.covariance.topLeftCorner<2, 2>().diagonal().array() +=
-      innovation_sigma * innovation_sigma;
-  CheckTilt(*patch, spectrum, found.match, location);
+      found.innovation_sigma_m * found.innovation_sigma_m;
+  CheckTilt(*found.patch, spectrum, found.match, location);
   location.pose.status = was_placed ? TrackingStatus::kTracking : TrackingStatus::kRelocalized;
   if (!matcher.LearnScale(found.match)) return;
-  patch.reset();
+  tracker.ForgetPatch();
   level_view.reset();
   search.ChangeView();
   report.scale = matcher.Scale();
@@ -341,8 +204,8 @@ bool Localizer::Impl::IsDropout(double stamp_s) const {
 
 /// From now on the search starts from the last known pose.
 void Localizer::Impl::StartSearch() {
-  motion_before = motion;
-  motion.Stop();
+  motion_before = tracker.Motion();
+  tracker.Stop();
   search.BeginAt(last_pose, last_frame, last_velocity);
 }
 
@@ -377,8 +240,7 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   if (result.velocity && frame.stamp_s - result.velocity->stamp_s < kRecentS) {
     velocity = result.velocity->velocity;
   }
-  motion.Start(result.match.pose, frame.stamp_s, velocity);
-  patch.reset();
+  tracker.Start(result.match.pose, frame.stamp_s, velocity);
 }
 
 /// A robot that sees clear structure, but not that of the place where its wheels say it is, was
@@ -427,6 +289,7 @@ void Localizer::Impl::Remember(const CeilingFrame& frame,
   last_frame.heading = level.heading;
   by_wheels.Start(last_pose);
   last_velocity = std::nullopt;
+  const MotionModel& motion = tracker.Motion();
   if (motion.KnowsVelocity()) {
     last_velocity = {motion.Velocity().head<2>(), motion.Velocity().z()};
   }
@@ -474,6 +337,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   location.pose.stamp_s = frame.stamp_s;
   location.pose.tilt = frame.tilt;
   me.by_wheels.Move(frame.wheels);
+  me.unused_motion = wheels::Joined(me.unused_motion, frame.wheels);
   if (frame.repeated > mapping::kMaxRepeated) {
     location.pose.status = TrackingStatus::kAmbiguous;
     me.Predict(std::nullopt, location);
@@ -489,13 +353,19 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   me.matcher.Analyze(level);
   const FrameSpectrum& spectrum = level.image.spectrum;
   me.report.analyze_ms += MillisecondsSince(start);
-  GlobalSearch::Known known{std::nullopt, frame.wheels, me.by_wheels.Pose()};
+  GlobalSearch::Known known;
+  known.wheels = std::exchange(me.unused_motion, wheels::RelativeMotion{});
+  known.expected = me.by_wheels.Pose();
+  known.trusted = !me.by_wheels.IsContradicted();
   if (frame.heading) known.yaw = me.heading.InMap(*frame.heading, frame.stamp_s);
 
   start = Clock::now();
   bool decided = false;
-  if (me.motion.Started()) {
-    decided = me.Track(frame.stamp_s, spectrum, known.yaw, location);
+  if (me.tracker.Motion().Started()) {
+    const std::optional<Tracker::Found> found =
+        me.tracker.Track(frame.stamp_s, spectrum, known.yaw, me.by_wheels.Pose());
+    if (found) me.Accept(*found, spectrum, location);
+    decided = found.has_value();
     if (!decided && me.IsDropout(frame.stamp_s)) {
       location.pose.status = TrackingStatus::kLost;
       me.Predict(std::nullopt, location);
@@ -527,12 +397,12 @@ void Localizer::Reset(const std::optional<PoseWithCovariance>& start) {
   Impl& me = *impl_;
   me.params.start = start;
   me.params.Validate();
-  me.motion.Stop();
+  me.tracker.Stop();
   me.motion_before.reset();
   me.by_wheels.Stop();
   me.search.Reset(start);
   me.heading.Forget();
-  me.patch.reset();
+  me.tracker.ForgetPatch();
   me.was_placed = false;
   me.placed_frames = 0;
   me.unnoticed_tilt.reset();

@@ -75,9 +75,9 @@ struct CeilingFrame {
 /// Pose of the robot, or the reason why it is unknown. Status kPredicted: the pose by the wheels
 /// since it was measured last, with a covariance that grows with the travel.
 struct Location {
-  /// Status, T_map_base and its covariance, valid when Placed() or
-  /// predicted. The covariance is the sum of those
-  /// of the match and of the map there (MapUncertainty), relative to the map as a whole.
+  /// Status, T_map_base and its covariance, valid when Placed() or predicted. The covariance is the
+  /// sum of those of the match and of the map there (MapUncertainty), relative to the map as a
+  /// whole.
   graph::FramePose pose;
   double peak = 0;     ///< agreement of the image with the map, 0..1
   int inliers = 0;     ///< blocks of the image that agree with the map

@@ -24,12 +24,7 @@ void WheelPrediction::Stop() {
 }
 
 void WheelPrediction::Move(const std::optional<wheels::RelativeMotion>& step) {
-  if (!motion_) return;
-  if (step) {
-    motion_ = *motion_ * *step;
-  } else {
-    motion_.reset();
-  }
+  motion_ = wheels::Joined(motion_, step);
 }
 
 void WheelPrediction::Contradict(bool contradicts) {

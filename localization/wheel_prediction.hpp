@@ -20,6 +20,8 @@ class WheelPrediction {
   /// What the frame shows contradicts the predicted pose, or agrees with it. A robot whose wheels
   /// stand still may be carried away: after some frames of contradiction nothing is predicted.
   void Contradict(bool contradicts);
+  /// Whether the latest frame contradicted the predicted pose.
+  [[nodiscard]] bool IsContradicted() const { return contradictions_ > 0; }
 
   /// Nothing where it is not known, or too uncertain to be of use.
   [[nodiscard]] std::optional<PoseWithCovariance> Pose() const;

@@ -54,16 +54,16 @@ FramePrediction::FramePrediction(const calib::CeilingView& view,
 void FramePrediction::Begin(double stamp_s,
                             const std::optional<HeadingPrior>& heading,
                             const std::optional<wheels::RelativeMotion>& wheels) {
-  if (wheels_ && wheels) {
-    wheels_ = *wheels_ * *wheels;
-  } else {
-    wheels_.reset();
-  }
+  Skip(wheels);
   gap_s_ = given_stamp_s_ ? stamp_s - *given_stamp_s_ : 0;
   given_stamp_s_ = stamp_s;
   stamp_s_ = stamp_s + missing_s_;
   heading_ = heading.has_value();
   if (heading) compass_.Add(*heading);
+}
+
+void FramePrediction::Skip(const std::optional<wheels::RelativeMotion>& wheels) {
+  wheels_ = wheels::Joined(wheels_, wheels);
 }
 
 /// Turn since the last placed frame. That frame may have no heading; then the turn is counted from

@@ -37,6 +37,8 @@ class FramePrediction {
   void Begin(double stamp_s,
              const std::optional<HeadingPrior>& heading,
              const std::optional<wheels::RelativeMotion>& wheels = {});
+  /// A frame that is not processed, with the motion since the frame before by the wheels.
+  void Skip(const std::optional<wheels::RelativeMotion>& wheels);
   /// Whether the position is unknown: since it was placed last, the robot may have moved by half an
   /// image. The current image then need not overlap the images of that time.
   [[nodiscard]] bool CeilingHidden() const;

@@ -416,6 +416,7 @@ OdometryStep Odometry::Process(const cv::Mat& image,
   step.pose.tilt = context.tilt;
   step.pose.heading = context.heading;
   if (context.repeated > kMaxRepeated) {
+    me.prediction.Skip(context.wheels);
     step.pose.status = graph::TrackingStatus::kAmbiguous;
     return step;
   }

@@ -1,6 +1,6 @@
 // What the program writes (document.cpp), as the page works with it: metres, seconds, radians.
 
-const statusNames = {t: 'tracking', r: 'relocalized', a: 'ambiguous', l: 'lost'};
+const statusNames = {t: 'tracking', r: 'relocalized', p: 'predicted', a: 'ambiguous', l: 'lost'};
 const halfStampStep = 5e-7;  // stamps are written in microseconds
 
 /** Columns hold whole multiples of `step`, null where a value is not known. */
@@ -72,7 +72,7 @@ class Path {
 
   statusAt(i) {
     const name = statusNames[this.status[i]];
-    if (this.has(i) || name === 'lost' || name === 'ambiguous') return name;
+    if (this.has(i) || ['predicted', 'ambiguous', 'lost'].includes(name)) return name;
     return 'no pose';
   }
 

@@ -1,8 +1,8 @@
 // What can be switched on and off on the map. Each layer: key (its name for window.ceilmap), text,
 // swatch [shape, colour], shown at first or not, and draw(), which makes Leaflet's layer of it.
 
-const statusColours = {tracking: '#009E73', relocalized: '#56B4E9', ambiguous: '#E69F00',
-                       lost: '#D55E00', 'no pose': '#999999'};
+const statusColours = {tracking: '#009E73', relocalized: '#56B4E9', predicted: '#0072B2',
+                       ambiguous: '#E69F00', lost: '#D55E00', 'no pose': '#999999'};
 const spotColour = '#CC79A7';
 const maxEllipses = 200;  // of one path: more would hide it
 

@@ -32,4 +32,10 @@ RelativeMotion operator*(const RelativeMotion& a, const RelativeMotion& b) {
   return both;
 }
 
+std::optional<RelativeMotion> Joined(const std::optional<RelativeMotion>& a,
+                                     const std::optional<RelativeMotion>& b) {
+  if (!a || !b) return std::nullopt;
+  return *a * *b;
+}
+
 }  // namespace ceilmap::wheels

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "calib/base/pose_with_covariance.hpp"
 
@@ -27,5 +28,8 @@ struct RelativeMotion {
 
 /// The motion a, then b.
 RelativeMotion operator*(const RelativeMotion& a, const RelativeMotion& b);
+/// The same of motions that may not be known; nothing where one of them is not.
+std::optional<RelativeMotion> Joined(const std::optional<RelativeMotion>& a,
+                                     const std::optional<RelativeMotion>& b);
 
 }  // namespace ceilmap::wheels

@@ -28,6 +28,11 @@ ceilmap_add_test(simulate_test
     ${CMAKE_CURRENT_LIST_DIR}/simulate_test.cpp
   LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
+ceilmap_add_test(wheels_command_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/wheels_command_test.cpp
+  LINKS ceilmap_app ceilmap_test_support)
+
 ceilmap_add_test(lens_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/lens_test.cpp

@@ -22,13 +22,21 @@ class Visitor {
           const LocalizerParams& params = {})
       : ceiling_(map.ceiling), view_(up, kCeiling_m), localizer_(*map.map, up, params) {}
 
-  Location Locate(const Pose2& T, const std::optional<HeadingPrior>& heading = std::nullopt) {
-    return Show(Seen(ceiling_, view_, T, static_cast<std::uint32_t>(index_) + 7), heading);
+  Location Locate(const Pose2& T,
+                  const std::optional<HeadingPrior>& heading = std::nullopt,
+                  const std::optional<wheels::RelativeMotion>& wheels = std::nullopt) {
+    return Show(Seen(ceiling_, view_, T, static_cast<std::uint32_t>(index_) + 7), heading, wheels);
   }
-  Location Show(const cv::Mat& image, const std::optional<HeadingPrior>& heading = std::nullopt) {
+  /// @param repeated  CeilingFrame::repeated
+  Location Show(const cv::Mat& image,
+                const std::optional<HeadingPrior>& heading = std::nullopt,
+                const std::optional<wheels::RelativeMotion>& wheels = std::nullopt,
+                double repeated = 0) {
     ++index_;
-    return localizer_.Locate(
-        {image, index_, carried_s_ + 0.1 * static_cast<double>(index_), heading});
+    CeilingFrame frame{image, index_, carried_s_ + 0.1 * static_cast<double>(index_), heading};
+    frame.wheels = wheels;
+    frame.repeated = repeated;
+    return localizer_.Locate(frame);
   }
   /// Time passes, without images.
   void IsCarriedAway(double seconds = 2) { carried_s_ += seconds; }

@@ -36,6 +36,24 @@ TEST(StatusCsv, AFrameWithoutAPoseHasNoNumbersAndAsManyFields) {
   }
 }
 
+TEST(StatusCsv, APredictedFrameHasNumbersButIsNotPlaced) {
+  const support::TestFolder folder;
+  robot::Estimate predicted;
+  predicted.status = TrackingStatus::kPredicted;
+  predicted.stamp_s = 12.5;
+  predicted.pose.pose = {1, -2.25, 0};
+  predicted.pose.covariance.diagonal() << 1e-2, 4e-2, 1e-2;
+  const std::string line = FormatStatusLine(predicted);
+  EXPECT_EQ(line,
+            "12.500000,predicted,1.000000,-2.250000,0.00000,0,0,0.100000,0.200000,5.72958,0.000,"
+            "0\n");
+  const StatusRecord record = ReadStatus(folder.Write("s.csv", std::string(StatusHeader()) + line));
+  EXPECT_TRUE(record.poses.empty());
+  ASSERT_EQ(record.unplaced.size(), 1U);
+  EXPECT_EQ(record.unplaced[0].status, TrackingStatus::kPredicted);
+  EXPECT_EQ(record.frames, (std::map<std::string, std::int64_t>{{"predicted", 1}}));
+}
+
 TEST(StatusCsv, IsReadBack) {
   const support::TestFolder folder;
   robot::Estimate placed;

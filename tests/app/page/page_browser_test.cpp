@@ -195,6 +195,24 @@ TEST_F(PageInBrowser, ShowsWhereThereIsNoPose) {
   EXPECT_EQ(RobotNamed("odometry")["status"], "relocalized");
 }
 
+TEST_F(PageInBrowser, NamesPosesThatTheWheelsPredict) {
+  PageData data;
+  data.paths.push_back({"wheels", PathRole::kRun, sample::TrueDrive(60), {}});
+  auto& poses = data.paths[0].poses;
+  for (int i = 20; i < 30; ++i) poses[i].status = graph::TrackingStatus::kPredicted;
+  sample::LosePoses(poses, 40, 45, graph::TrackingStatus::kPredicted);
+  Open(data);
+  SetTime(sample::TruePose(25).stamp_s);
+  EXPECT_TRUE(RobotNamed("wheels")["shown"]);
+  EXPECT_EQ(RobotNamed("wheels")["status"], "predicted");
+  SetTime(sample::TruePose(35).stamp_s);
+  EXPECT_EQ(RobotNamed("wheels")["status"], "tracking");
+  SetTime(sample::TruePose(42).stamp_s);
+  EXPECT_FALSE(RobotNamed("wheels")["shown"]);
+  EXPECT_EQ(RobotNamed("wheels")["status"], "predicted");
+  EXPECT_THAT(TextOf("#layers"), HasSubstr("predicted"));
+}
+
 TEST_F(PageInBrowser, HasNoPoseBeforeBetweenAndAfterThoseOfARun) {
   PageData data;
   data.paths.push_back({"long", PathRole::kRun, sample::TrueDrive(600), {}});

@@ -152,6 +152,8 @@ TEST(PageDocument, HoldsPosesInWholeSteps) {
   const json path = document["paths"][0];
   EXPECT_EQ(path["role"], "run");
   EXPECT_EQ(path["status"], "tla");
+  poses[2].status = graph::TrackingStatus::kPredicted;
+  EXPECT_EQ(DocumentOf(data)["paths"][0]["status"], "tlp");
   EXPECT_THAT(path["stamps"], ElementsAre(0, 100000, 1));
   EXPECT_THAT(path["x"], ElementsAre(12346, nullptr, 0));
   EXPECT_THAT(path["y"], ElementsAre(-20000, nullptr, 0));

@@ -1,5 +1,7 @@
 #include "localization/robot/ceiling_localizer.hpp"
 
+#include <functional>
+
 #include "calib/base/error.hpp"
 #include "tests/localization/true_map.hpp"
 
@@ -114,6 +116,67 @@ TEST_F(CeilingLocalizerTest, AnImageWithoutTextureHasNoPose) {
   const Estimate estimate = localizer.AddCeiling({cv::Mat(240, 320, CV_8UC1, cv::Scalar(7)), 1, 0});
   EXPECT_FALSE(estimate.HasPose());
   EXPECT_EQ(estimate.status, TrackingStatus::kLost);
+}
+
+/// Drives eight lit frames and six dark ones, with wheels at 50 Hz. With a gyro the wheels turn
+/// three times as far as the robot.
+std::vector<Estimate> ThroughTheDark(const std::function<Image(const Pose2&)>& image_at,
+                                     bool gyro,
+                                     bool pipelined,
+                                     std::vector<Pose2>& truths,
+                                     CeilingLocalizer& localizer) {
+  const Twist2 velocity = Twist2::Mean(kStep, 0.1);
+  std::vector<Estimate> estimates;
+  Pose2 T{1.5, 1.2, 0};
+  int sample = 0;
+  cv::RNG noise(3);
+  for (int i = 0; i < 14; ++i) {
+    T = T * kStep;
+    truths.push_back(T);
+    Image image = image_at(T);
+    if (i >= 8) noise.fill(image.pixels, cv::RNG::UNIFORM, 0, 4);
+    for (; 0.02 * sample <= image.stamp_s + 0.05; ++sample) {
+      const double turn_rate = velocity.yaw_rad_s * (gyro ? 3 : 1);
+      localizer.AddOdometry(
+          wheels::WheelSpeedSample{0.02 * sample, {velocity.linear_m_s, turn_rate}});
+      if (gyro) localizer.AddGyro({0.02 * sample, velocity.yaw_rad_s});
+    }
+    if (!pipelined) {
+      estimates.push_back(localizer.AddCeiling(image));
+    } else if (const auto estimate = localizer.AddCeilingPipelined(image)) {
+      estimates.push_back(*estimate);
+    }
+  }
+  if (const auto estimate = localizer.Flush()) estimates.push_back(*estimate);
+  return estimates;
+}
+
+TEST_F(CeilingLocalizerTest, WheelsAndGyroLeadThroughTheDark) {
+  for (const bool gyro : {false, true}) {
+    const bool pipelined = gyro;
+    SCOPED_TRACE(gyro);
+    CeilingLocalizer localizer(MapFile(), RigOf(up_));
+    index_ = 0;
+    std::vector<Pose2> truths;
+    const auto estimates = ThroughTheDark(
+        [this](const Pose2& T) { return ImageAt(T); }, gyro, pipelined, truths, localizer);
+    ASSERT_EQ(estimates.size(), 14U);
+    EXPECT_EQ(estimates[7].status, TrackingStatus::kTracking);
+    for (std::size_t i = 8; i < estimates.size(); ++i) {
+      const Estimate& estimate = estimates[i];
+      ASSERT_EQ(estimate.status, TrackingStatus::kPredicted) << i;
+      EXPECT_FALSE(estimate.HasPose());
+      const Pose2& T = estimate.pose.pose;
+      EXPECT_LT((T.Translation() - truths[i].Translation()).norm(), 0.01) << i;
+      EXPECT_LT(std::abs(WrapAngle(T.yaw - truths[i].yaw)), 0.01) << i;
+      EXPECT_GT(estimate.pose.covariance(0, 0), 0);
+    }
+    const WheelsReport report = localizer.Sensed().wheels;
+    EXPECT_EQ(report.gyro, gyro);
+    EXPECT_EQ(report.missing, 0);
+    EXPECT_GT(report.samples, 60);
+    EXPECT_EQ(localizer.Report().predicted, 6);
+  }
 }
 
 TEST_F(CeilingLocalizerTest, BadInputIsRefused) {

@@ -155,6 +155,95 @@ TEST(Sensors, SamplesOfHeadingsAreInterpolated) {
   EXPECT_EQ(report.heading->missing, 1);
 }
 
+/// A camera at 10 Hz, stamps from 100 s on, and what the wheels tell of each frame.
+class WheeledRobot {
+ public:
+  static constexpr double kSpeed = 0.5;     // m/s
+  static constexpr double kTurnRate = 0.4;  // rad/s
+
+  [[nodiscard]] std::optional<wheels::RelativeMotion> Frame(int index) {
+    return sensors.Measure(ImageOf(image_, index)).context.wheels;
+  }
+  void AddPoses(double from_s, double to_s) {
+    for (double stamp_s = from_s; stamp_s <= to_s; stamp_s += 0.02) {
+      sensors.AddOdometry(wheels::OdometrySample{stamp_s, Moved(stamp_s - 99, kTurnRate)});
+    }
+  }
+  static void ExpectStep(const std::optional<wheels::RelativeMotion>& motion, double turn_rate) {
+    ASSERT_TRUE(motion);
+    const Pose2 expected = Moved(0.1, turn_rate);
+    EXPECT_NEAR(motion->T_before_now.x, expected.x, 1e-5);
+    EXPECT_NEAR(motion->T_before_now.y, expected.y, 1e-5);
+    EXPECT_NEAR(motion->T_before_now.yaw, expected.yaw, 1e-6);
+    EXPECT_GT(motion->noise(0, 0), 0);
+    EXPECT_GT(motion->common(0, 0), 0);
+  }
+
+  TestedSensors sensors{std::nullopt};
+
+ private:
+  /// On a circle, after some seconds.
+  static Pose2 Moved(double elapsed_s, double turn_rate) {
+    const double radius = kSpeed / turn_rate;
+    const double yaw = turn_rate * elapsed_s;
+    return {radius * std::sin(yaw), radius * (1 - std::cos(yaw)), WrapAngle(yaw)};
+  }
+
+  cv::Mat image_{240, 320, CV_8UC1, cv::Scalar(9)};
+};
+
+TEST(Sensors, WheelsTellTheMotionBetweenFrames) {
+  WheeledRobot robot;
+  EXPECT_FALSE(robot.Frame(0)) << "no frame before";
+  robot.AddPoses(99.9, 100.35);
+  for (int i = 1; i < 4; ++i) WheeledRobot::ExpectStep(robot.Frame(i), WheeledRobot::kTurnRate);
+  EXPECT_EQ(robot.sensors.Sensed().wheels.missing, 0);
+  EXPECT_EQ(robot.sensors.Sensed().wheels.samples, 23);
+  EXPECT_FALSE(robot.sensors.Sensed().wheels.gyro);
+}
+
+TEST(Sensors, SpeedsOfTheWheelsDoTheSame) {
+  WheeledRobot robot;
+  (void)robot.Frame(0);
+  for (int i = 0; i < 25; ++i) {
+    robot.sensors.AddOdometry(wheels::WheelSpeedSample{
+        99.9 + 0.02 * i, {{WheeledRobot::kSpeed, 0}, WheeledRobot::kTurnRate}});
+  }
+  WheeledRobot::ExpectStep(robot.Frame(1), WheeledRobot::kTurnRate);
+}
+
+TEST(Sensors, AGyroGivesTheTurn) {
+  WheeledRobot robot;
+  (void)robot.Frame(0);
+  for (int i = 0; i < 50; ++i) robot.sensors.AddGyro({99.9 + 0.01 * i, -0.7});
+  robot.AddPoses(99.9, 100.35);
+  for (int i = 1; i < 4; ++i) WheeledRobot::ExpectStep(robot.Frame(i), -0.7);
+  EXPECT_TRUE(robot.sensors.Sensed().wheels.gyro);
+}
+
+TEST(Sensors, FramesInAGapOfTheWheelsAreCounted) {
+  WheeledRobot robot;
+  (void)robot.Frame(0);
+  robot.AddPoses(99.9, 100.15);
+  EXPECT_TRUE(robot.Frame(1));
+  EXPECT_TRUE(robot.Frame(2)) << "the last step is held for a moment";
+  for (int i = 3; i < 6; ++i) EXPECT_FALSE(robot.Frame(i)) << i;
+  robot.AddPoses(101, 101.5);
+  EXPECT_FALSE(robot.Frame(11)) << "the frame before was in the gap";
+  EXPECT_TRUE(robot.Frame(12));
+  EXPECT_EQ(robot.sensors.Sensed().wheels.missing, 4);
+}
+
+TEST(Sensors, RefuseBadSamplesOfWheelsAndGyro) {
+  TestedSensors sensors(std::nullopt);
+  sensors.AddOdometry(wheels::OdometrySample{1, {}});
+  EXPECT_THROW(sensors.AddOdometry(wheels::OdometrySample{1, {}}), InputError);
+  EXPECT_THROW(sensors.AddOdometry(wheels::WheelSpeedSample{2, {}}), InputError);
+  sensors.AddGyro({1, 0});
+  EXPECT_THROW(sensors.AddGyro({0.5, 0}), InputError);
+  EXPECT_THROW(sensors.AddGyro({2, std::nan("")}), InputError);
+}
+
 TEST(Sensors, RefuseHeadingsOfTwoSources) {
   const Drive drive;
   TestedSensors sensors(drive.rig, {});
