@@ -367,10 +367,11 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   hypotheses_.Weigh();
   if (const Hypothesis* followed = hypotheses_.Followed()) {
     result.followed_pose = matcher_.WithTilt(followed->pose);
-    // Where the map shows as much of the place as the image does, some of it agrees.
-    if (followed->corrected_inliers > 0) result.elsewhere = false;
+    // Where the map shows as much of the place as the image does, more of it agrees.
+    constexpr double kAgreeRatio = 0.3;
+    if (followed->corrected_ratio > kAgreeRatio) result.elsewhere = false;
   }
-  if (hypotheses_.AnyMatch() || ambiguous_matches_ > 0) result.elsewhere = false;
+  if (hypotheses_.AnyMatch()) result.elsewhere = false;
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
   if (const Hypothesis* accepted = hypotheses_.Accepted()) {
     result.status = TrackingStatus::kRelocalized;

@@ -163,7 +163,8 @@ void Hypotheses::MatchAll(
       Take(match->pose, h);
       h.misses = 0;
       h.recognised = false;
-      h.corrected_inliers = match->inliers;
+      h.corrected_ratio =
+          match->blocks > 0 ? static_cast<double>(match->inliers) / match->blocks : 0;
       continue;
     }
     // The match must also agree with the expected pose.

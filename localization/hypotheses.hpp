@@ -48,12 +48,13 @@ struct Hypothesis {
   /// have in common: (x, y, yaw) in the map, contained in the pose's covariance.
   Eigen::Vector3d common_error = Eigen::Vector3d::Zero();
   int matches = 0;
-  int confirmations = 0;      ///< matches that were not disambiguated_by_prior
-  int misses = 0;             ///< consecutive frames without a match
-  double evidence = 0;        ///< relative to the best place, nats, <= 0
-  bool recognised = false;    ///< in the latest frame ...
-  MapMatch match;             ///< ... as measured by the latest match
-  int corrected_inliers = 0;  ///< of the latest correction that was too uncertain to be a match
+  int confirmations = 0;    ///< matches that were not disambiguated_by_prior
+  int misses = 0;           ///< consecutive frames without a match
+  double evidence = 0;      ///< relative to the best place, nats, <= 0
+  bool recognised = false;  ///< in the latest frame ...
+  MapMatch match;           ///< ... as measured by the latest match
+  /// Inlier ratio of the latest correction that was too uncertain to be a match.
+  double corrected_ratio = 0;
 };
 
 /// A multi-hypothesis tracker: several places where the robot may be, until one is clearly the
