@@ -367,11 +367,8 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   hypotheses_.Weigh();
   if (const Hypothesis* followed = hypotheses_.Followed()) {
     result.followed_pose = matcher_.WithTilt(followed->pose);
-    // Where the map shows as much of the place as the image does, more of it agrees.
-    constexpr double kAgreeRatio = 0.3;
-    if (followed->corrected_ratio > kAgreeRatio) result.elsewhere = false;
   }
-  if (hypotheses_.AnyMatch()) result.elsewhere = false;
+  result.elsewhere = result.elsewhere && !hypotheses_.AnyAgrees();
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
   if (const Hypothesis* accepted = hypotheses_.Accepted()) {
     result.status = TrackingStatus::kRelocalized;

@@ -144,6 +144,7 @@ void Hypotheses::Add(const MapMatch& match) {
   hypothesis.confirmations = match.disambiguated_by_prior ? 0 : 1;
   hypothesis.recognised = true;
   hypothesis.match = match;
+  if (match.blocks > 0) hypothesis.agreement = static_cast<double>(match.inliers) / match.blocks;
   all_.push_back(hypothesis);
 }
 
@@ -159,12 +160,12 @@ void Hypotheses::MatchAll(
   if (anew) since_confirmed_ = 0;
   for (Hypothesis& h : all_) {
     const std::optional<MapMatch> match = match_at(h);
+    h.agreement =
+        match && match->blocks > 0 ? static_cast<double>(match->inliers) / match->blocks : 0;
     if (match && !match->sure) {
       Take(match->pose, h);
       h.misses = 0;
       h.recognised = false;
-      h.corrected_ratio =
-          match->blocks > 0 ? static_cast<double>(match->inliers) / match->blocks : 0;
       continue;
     }
     // The match must also agree with the expected pose.
@@ -194,6 +195,13 @@ void Hypotheses::MatchAll(
     if (!twin) kept.push_back(h);
   }
   all_ = std::move(kept);
+}
+
+bool Hypotheses::AnyAgrees() const {
+  constexpr double kAgreeRatio = 0.3;
+  return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) {
+    return h.misses == 0 && h.agreement > kAgreeRatio;
+  });
 }
 
 bool Hypotheses::AnyMatch() const {

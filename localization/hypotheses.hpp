@@ -53,8 +53,7 @@ struct Hypothesis {
   double evidence = 0;      ///< relative to the best place, nats, <= 0
   bool recognised = false;  ///< in the latest frame ...
   MapMatch match;           ///< ... as measured by the latest match
-  /// Inlier ratio of the latest correction that was too uncertain to be a match.
-  double corrected_ratio = 0;
+  double agreement = 0;     ///< inlier ratio of the latest match or correction
 };
 
 /// A multi-hypothesis tracker: several places where the robot may be, until one is clearly the
@@ -115,6 +114,9 @@ class Hypotheses {
   [[nodiscard]] const Hypothesis* Accepted() const;
   /// True when any place was recognised in the latest frame.
   [[nodiscard]] bool AnyMatch() const;
+  /// True when a good part of the latest frame agrees with the map at any place. A place that is
+  /// known well is recognised even where nothing agrees.
+  [[nodiscard]] bool AnyAgrees() const;
 
  private:
   [[nodiscard]] const Hypothesis& BestOfFrame() const;
