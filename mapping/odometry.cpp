@@ -72,8 +72,8 @@ struct Odometry::Impl {
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
   std::optional<Pose2> last_placed;  // kept during a loss
+  FrameSpectrum unplaced;            // the frame before, which was not placed; empty: it was
   int consecutive_lost = 0;
-  FrameSpectrum unplaced;        // the frame before, which was not placed; empty: it was
   int steps = 1;                 // FramePrediction::StepsTo of the current frame
   double best_inlier_ratio = 0;  // of the frames that the reference placed
 

@@ -335,17 +335,17 @@ std::optional<DriveCheck> CheckDrive(const calib::Rig& rig,
   if (deep) measured = MeasureHeights(up, measured->solution, measurer);
   if (!measured) return std::nullopt;
   check.camera = measured->solution;
-  const DriveUnknowns kLens{.radial = true, .heights = deep};
-  const DriveUnknowns kFocal{.focal = true, .heights = deep};
-  check.with_lens = calibration::SolveDrive(up, measured->drive, kLens);
-  DriveSolution with_focal = calibration::SolveDrive(up, measured->drive, kFocal);
+  const DriveUnknowns lens_alone{.radial = true, .heights = deep};
+  const DriveUnknowns focal_alone{.focal = true, .heights = deep};
+  check.with_lens = calibration::SolveDrive(up, measured->drive, lens_alone);
+  DriveSolution with_focal = calibration::SolveDrive(up, measured->drive, focal_alone);
   if (!check.with_lens.ok || !with_focal.ok) return std::nullopt;
   if (deep) {
     const auto add_spread = [&](const DriveUnknowns& unknowns, DriveSolution& solution) {
       AddSpreadOfParts(up, measured->drive, unknowns, solution);
     };
-    if (!ExplainsMore(check.with_lens, check.camera)) add_spread(kLens, check.with_lens);
-    if (!ExplainsMore(with_focal, check.camera)) add_spread(kFocal, with_focal);
+    if (!ExplainsMore(check.with_lens, check.camera)) add_spread(lens_alone, check.with_lens);
+    if (!ExplainsMore(with_focal, check.camera)) add_spread(focal_alone, with_focal);
     add_spread({.heights = deep}, check.camera);
   }
   CheckLens(up, check);
