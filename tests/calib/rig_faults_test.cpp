@@ -59,7 +59,8 @@ const Fault kFaults[] = {
     {"UnknownKey",
      "h: 2.6",
      "hight: 2.6",
-     "rig.yaml:4: hight = 2.6 is an unknown key, must be one of robot, a, d, h, frames, cameras; "
+     "rig.yaml:4: hight = 2.6 is an unknown key, must be one of robot, a, d, h, frames, cameras, "
+     "wheels; "
      "correct its spelling or remove it"},
     {"UnknownCamera",
      "  forward:\n",
@@ -385,7 +386,7 @@ TEST(RigFaults, ABillionLaughs) {
   EXPECT_EQ(
       ErrorOf(text + "h: *x\n"),
       "rig.yaml:2: b = [..., ..., ..., ..., ..., ..., ..., ..., ...] is an unknown key, must be "
-      "one of robot, a, d, h, frames, cameras; correct its spelling or remove it");
+      "one of robot, a, d, h, frames, cameras, wheels; correct its spelling or remove it");
 }
 
 TEST(RigFaults, EveryTruncationEndsInAnInputErrorOrARig) {
