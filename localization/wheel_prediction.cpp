@@ -7,9 +7,6 @@ namespace ceilmap::localization {
 namespace {
 
 constexpr int kMaxContradictions = 10;
-// A pose that is less certain says little more than that the robot is in the building.
-constexpr double kMaxSigmaM = 2;
-constexpr double kMaxSigmaRad = 0.8;
 
 }  // namespace
 
@@ -35,9 +32,7 @@ void WheelPrediction::Contradict(bool contradicts) {
 std::optional<PoseWithCovariance> WheelPrediction::Pose() const {
   if (!motion_) return std::nullopt;
   const PoseWithCovariance pose = motion_->From(start_);
-  const bool usable = pose.covariance(0, 0) + pose.covariance(1, 1) < kMaxSigmaM * kMaxSigmaM &&
-                      pose.covariance(2, 2) < kMaxSigmaRad * kMaxSigmaRad;
-  return usable ? std::optional(pose) : std::nullopt;
+  return wheels::IsUsable(pose) ? std::optional(pose) : std::nullopt;
 }
 
 }  // namespace ceilmap::localization

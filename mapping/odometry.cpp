@@ -14,12 +14,12 @@
 #include "mapping/planar_motion.hpp"
 #include "mapping/recent_keyframes.hpp"
 #include "mapping/repetition.hpp"
+#include "mapping/segment_start.hpp"
 
 namespace ceilmap::mapping {
 
 using registration::FrameSpectrum;
 using registration::ImageMotion;
-using registration::MotionPrior;
 using registration::Registrar;
 using registration::Registration;
 using registration::Verdict;
@@ -80,7 +80,6 @@ struct Odometry::Impl {
   void Place(const RecentKeyframe& reference,
              const graph::Edge& edge,
              graph::FramePose& pose) const;
-  Registration SelfRegister(const FrameSpectrum& spectrum);
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
   MatchQuality Quality(const RecentKeyframe& reference,
                        const FrameSpectrum& spectrum,
@@ -99,9 +98,6 @@ struct Odometry::Impl {
                     graph::Edge& edge);
   bool Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
   bool Recover(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
-  [[nodiscard]] std::optional<graph::Edge> EdgeByWheels() const;
-  [[nodiscard]] bool LeftBehind() const;
-  [[nodiscard]] bool Persists(const FrameSpectrum& spectrum, const std::optional<Pose2>& step);
   bool Restart(const FrameSpectrum& spectrum,
                const cv::Mat& image,
                const std::optional<wheels::RelativeMotion>& wheels,
@@ -129,19 +125,16 @@ void Odometry::Impl::Place(const RecentKeyframe& reference,
       from.T_map_base, from.covariance, edge.T_from_to, edge.information.inverse());
 }
 
-/// An image that cannot be registered against itself has too little texture for a map.
-Registration Odometry::Impl::SelfRegister(const FrameSpectrum& spectrum) {
-  FrameSpectrum plane = spectrum;
-  plane.SetHeights(nullptr);
-  return registrar.Register(plane, plane, MotionPrior{{}, 1.0, 0.01});
-}
-
 bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
                            const cv::Mat& image,
                            OdometryStep& step) {
-  step.registration = SelfRegister(spectrum);
+  step.registration = RegisterWithItself(spectrum, registrar);
   if (!step.registration.ok()) return false;
-  const std::optional<graph::Edge> by_wheels = EdgeByWheels();
+  std::optional<graph::Edge> by_wheels;
+  if (recent.Size() > 0 && last_placed && prediction.WheelMotion()) {
+    by_wheels =
+        EdgeByWheels(recent.Latest().keyframe, *last_placed, *prediction.WheelMotion(), next_id);
+  }
   recent.Clear();
   step.pose.T_map_base = prediction.Restart();
   step.pose.status = graph::TrackingStatus::kTracking;
@@ -149,31 +142,6 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
   if (by_wheels) step.new_edges.push_back(*by_wheels);
   step.pose = step.new_keyframe->pose;
   return true;
-}
-
-/// From the latest keyframe to the next one, where the wheels know the way since the last placed
-/// frame. That frame was measured against a keyframe, exactly in comparison.
-std::optional<graph::Edge> Odometry::Impl::EdgeByWheels() const {
-  if (recent.Size() == 0 || !last_placed || !prediction.WheelMotion()) return std::nullopt;
-  const graph::Keyframe& from = recent.Latest().keyframe;
-  const PoseWithCovariance placed{from.pose.T_map_base.Inverse() * *last_placed};
-  const PoseWithCovariance now = prediction.WheelMotion()->From(placed);
-  constexpr double kLeastVariance = 1e-10;
-  graph::Edge edge;
-  edge.from = from.id;
-  edge.to = next_id;
-  edge.T_from_to = now.pose;
-  edge.information = (now.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
-  return edge;
-}
-
-/// Whether the robot has left the last keyframes behind, by its wheels.
-bool Odometry::Impl::LeftBehind() const {
-  constexpr double kCommon = 0.3;
-  const std::optional<ExpectedPose> by_wheels = prediction.ByWheels();
-  return by_wheels && OverlapOf(view,
-                                recent.Latest().keyframe.pose.T_map_base.Inverse() *
-                                    by_wheels->T_map_base) < kCommon;
 }
 
 MatchQuality Odometry::Impl::Quality(const RecentKeyframe& reference,
@@ -266,7 +234,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
 
 bool Odometry::Impl::Track(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
   if (prediction.CeilingHidden()) {
-    step.registration = SelfRegister(spectrum);
+    step.registration = RegisterWithItself(spectrum, registrar);
     if (step.registration.ok()) step.registration.verdict = Verdict::kNoMatch;
     return false;
   }
@@ -327,33 +295,17 @@ bool Odometry::Impl::Recover(const FrameSpectrum& spectrum, OdometryStep& step, 
   return false;
 }
 
-/// Whether an image shows what the image before it showed. Noise in the dark fits to itself only.
-/// @param step  Motion since that image, if it is known.
-bool Odometry::Impl::Persists(const FrameSpectrum& spectrum, const std::optional<Pose2>& step) {
-  if (unplaced.empty()) return false;
-  RecentKeyframe before;
-  before.spectrum = unplaced;
-  constexpr double kSigmaRatio = 0.1;  // of the longer side
-  constexpr double kSigmaRad = 0.2;
-  const double side_px = std::max(view.Size().width, view.Size().height);
-  const ExpectedPose expected{step.value_or(Pose2{}), kSigmaRatio * side_px, kSigmaRad};
-  // One in 150 pairs of noise fits near an expected motion, with a seventh of the blocks.
-  constexpr double kMinRatio = 0.25;
-  const Registration near = MatchFrame(view, before, spectrum, expected, registrar);
-  if (near.ok() && near.inliers >= kMinRatio * near.blocks) return true;
-  const Registration anywhere = MatchFrame(view, before, spectrum, std::nullopt, registrar);
-  return anywhere.ok() || anywhere.verdict == Verdict::kAmbiguous;
-}
-
 bool Odometry::Impl::Restart(const FrameSpectrum& spectrum,
                              const cv::Mat& image,
                              const std::optional<wheels::RelativeMotion>& wheels,
                              OdometryStep& step) {
   if (step.registration.verdict == Verdict::kNoTexture) return false;
-  const bool waits = ++consecutive_lost < params.restart_after && !LeftBehind();
+  const std::optional<ExpectedPose> by_wheels = prediction.ByWheels();
+  const bool left = by_wheels && LeavesBehind(view, recent.Latest().keyframe, *by_wheels);
+  const bool waits = ++consecutive_lost < params.restart_after && !left;
   if (waits || step.new_keyframe) return false;
   const std::optional<Pose2> motion = wheels ? std::optional(wheels->T_before_now) : std::nullopt;
-  if (!Persists(spectrum, motion)) return false;
+  if (!Persists(view, unplaced, spectrum, motion, registrar)) return false;
   const Registration failed = step.registration;
   if (Start(spectrum, image, step)) return true;
   step.registration = failed;

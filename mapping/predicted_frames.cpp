@@ -8,15 +8,6 @@ namespace ceilmap::mapping {
 
 namespace {
 
-// A frame that is less certain is left out.
-constexpr double kMaxSigmaM = 2;
-constexpr double kMaxSigmaRad = 0.8;
-
-bool IsUsable(const PoseWithCovariance& pose) {
-  return pose.covariance(0, 0) + pose.covariance(1, 1) < kMaxSigmaM * kMaxSigmaM &&
-         pose.covariance(2, 2) < kMaxSigmaRad * kMaxSigmaRad;
-}
-
 const graph::FramePose* Find(const std::vector<graph::FramePose>& trajectory, std::int64_t index) {
   const auto found = std::lower_bound(
       trajectory.begin(), trajectory.end(), index, [](const graph::FramePose& frame, auto at) {
@@ -71,7 +62,7 @@ void PredictedFrames::PlaceRun(const Run& run,
     way = way * run.steps[i];
     PoseWithCovariance pose = way.From({before->T_map_base, before->covariance});
     if (backwards[i]) pose = Fused(pose, *backwards[i]);
-    if (!IsUsable(pose)) continue;
+    if (!wheels::IsUsable(pose)) continue;
     graph::FramePose frame = run.frames[i + 1];
     frame.status = graph::TrackingStatus::kPredicted;
     frame.T_map_base = pose.pose;

@@ -18,6 +18,14 @@ PoseWithCovariance RelativeMotion::Back(const PoseWithCovariance& now) const {
       ComposeCovariance(now.pose, now.covariance, T_now_before, J * Covariance() * J.transpose())};
 }
 
+bool IsUsable(const PoseWithCovariance& predicted) {
+  constexpr double kMaxSigmaM = 2;
+  constexpr double kMaxSigmaRad = 0.8;
+  const Eigen::Matrix3d& covariance = predicted.covariance;
+  return covariance(0, 0) + covariance(1, 1) < kMaxSigmaM * kMaxSigmaM &&
+         covariance(2, 2) < kMaxSigmaRad * kMaxSigmaRad;
+}
+
 RelativeMotion operator*(const RelativeMotion& a, const RelativeMotion& b) {
   RelativeMotion both;
   both.T_before_now = a.T_before_now * b.T_before_now;

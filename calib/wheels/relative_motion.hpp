@@ -26,6 +26,10 @@ struct RelativeMotion {
   [[nodiscard]] PoseWithCovariance Back(const PoseWithCovariance& now) const;
 };
 
+/// Whether a pose that only wheels predict says more than that the robot is in the building: its
+/// standard deviation is below 2 m and 0.8 rad.
+bool IsUsable(const PoseWithCovariance& predicted);
+
 /// The motion a, then b.
 RelativeMotion operator*(const RelativeMotion& a, const RelativeMotion& b);
 /// The same of motions that may not be known; nothing where one of them is not.
