@@ -13,6 +13,10 @@ using registration::Verdict;
 
 namespace {
 
+// Part of the blocks that show something (Registrar::TexturedRatio). Rooms whose ceilings have
+// depth had 0.5 and more, mostly 0.8; plain stretches up to 0.36, and 0.65 towards their border.
+constexpr double kMinTextured = 0.6;
+
 /// Where only the compass gives the orientation, the registration is first done without a prior. A
 /// single motion that fits is accepted; the compass is then taken to be disturbed.
 Registration MatchPlane(const RecentKeyframe& reference,
@@ -43,6 +47,11 @@ Registration MatchDepth(const RecentKeyframe& reference,
     return plane;
   }
   if (plane.IsPlane()) return plane;
+  // Blocks that show nothing agree with any heights.
+  if (registrar.TexturedRatio(reference.spectrum) < kMinTextured ||
+      registrar.TexturedRatio(spectrum) < kMinTextured) {
+    return plane;
+  }
   // Blocks of a blurred image differ from each other too.
   constexpr double kBlurred = 0.2;
   if (spectrum.CodingLoss() > reference.spectrum.CodingLoss() + kBlurred) return plane;
@@ -109,13 +118,29 @@ bool Contradicts(const Registration& joint, const Registration& guess) {
   return joint.ok() && off.dot(spread.ldlt().solve(off)) > kSigmas * kSigmas;
 }
 
-}  // namespace
-
-Registration MatchFrame(const calib::CeilingView& view,
-                        const RecentKeyframe& reference,
+/// Whether only what stays at its place in the image agrees, whatever the robot sees: the lens's
+/// shading, dust, errors of the codec. Under a plain ceiling nothing else is left, and the robot
+/// seems to stand.
+bool ShowsOnlyTheCamera(const RecentKeyframe& reference,
                         const FrameSpectrum& spectrum,
-                        const std::optional<ExpectedPose>& expected,
+                        const Registration& found,
                         Registrar& registrar) {
+  constexpr double kStillPx = 8;
+  constexpr double kStillRad = 0.03;
+  // Under plain ceilings at most 0.04 of the blocks tell where they are; under weak plaster 0.2,
+  // and less only in motion, where the heights are not known.
+  constexpr double kMinTelling = 0.08;
+  const bool still = std::hypot(found.motion.tx_px, found.motion.ty_px) < kStillPx &&
+                     std::abs(found.motion.theta_rad) < kStillRad;
+  return (still || registrar.TexturedRatio(reference.spectrum) < kMinTextured) &&
+         registrar.TellingRatio(reference.spectrum, spectrum, found.motion) < kMinTelling;
+}
+
+Registration MatchAnyTexture(const calib::CeilingView& view,
+                             const RecentKeyframe& reference,
+                             const FrameSpectrum& spectrum,
+                             const std::optional<ExpectedPose>& expected,
+                             Registrar& registrar) {
   std::optional<MotionPrior> prior;
   if (expected) prior = PriorFor(view, reference, *expected);
   const bool by_compass_alone = expected && expected->by_compass_alone;
@@ -127,6 +152,20 @@ Registration MatchFrame(const calib::CeilingView& view,
   Registration joint = MatchJointly(reference, spectrum, *prior, registrar);
   if (doubtful) return Contradicts(joint, found) ? joint : found;
   return joint.verdict == Verdict::kNoMatch ? found : joint;
+}
+
+}  // namespace
+
+Registration MatchFrame(const calib::CeilingView& view,
+                        const RecentKeyframe& reference,
+                        const FrameSpectrum& spectrum,
+                        const std::optional<ExpectedPose>& expected,
+                        Registrar& registrar) {
+  Registration found = MatchAnyTexture(view, reference, spectrum, expected, registrar);
+  if (found.ok() && ShowsOnlyTheCamera(reference, spectrum, found, registrar)) {
+    found.verdict = Verdict::kNoTexture;
+  }
+  return found;
 }
 
 }  // namespace ceilmap::mapping

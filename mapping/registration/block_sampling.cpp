@@ -39,12 +39,50 @@ CEILMAP_INLINE Four TableWeights(int fraction) {
   return Load(kCubicTable[static_cast<std::size_t>(fraction)].data());
 }
 
-// The mean of dst's values is subtracted, and the window is applied.
-CEILMAP_INLINE void SubtractMeanAndWindow(
-    float total, const float* wx, const float* wy, int dw, int dh, float* dst) {
-  const float mean = total / static_cast<float>(dw * dh);
-  for (int y = 0; y < dh; ++y, dst += dw) {
-    for (int x = 0; x < dw; ++x) dst[x] = (dst[x] - mean) * (wx[x] * wy[y]);
+// The least-squares plane through dst's values, which have a sum of `total`: mean, slopes.
+struct Plane {
+  CEILMAP_INLINE Plane(float total, const BlockWindow& window, const float* dst)
+      : mean(total / static_cast<float>(window.width * window.height)) {
+    if (!window.removes_slope) return;
+    const float middle_x = 0.5F * static_cast<float>(window.width - 1);
+    const float middle_y = 0.5F * static_cast<float>(window.height - 1);
+    Four along_x{};
+    Four along_y{};
+    for (int y = 0; y < window.height; ++y, dst += window.width) {
+      Four sum{};
+      for (int x = 0; x < window.width; x += 4) {
+        const Four value = Load(dst + x);
+        sum += value;
+        along_x += value * (Four{0, 1, 2, 3} + (static_cast<float>(x) - middle_x));
+      }
+      along_y += sum * (static_cast<float>(y) - middle_y);
+    }
+    slope_x = Sum(along_x) / SquaresAlong(window.width, window.height);
+    slope_y = Sum(along_y) / SquaresAlong(window.height, window.width);
+  }
+
+  // Sum of the squared distances from the middle of n columns, over m rows.
+  static CEILMAP_INLINE float SquaresAlong(int n, int m) {
+    return static_cast<float>(n * m) * static_cast<float>(n * n - 1) / 12;
+  }
+
+  float mean;
+  float slope_x = 0;
+  float slope_y = 0;
+};
+
+// Subtracts the mean or the plane of dst's values, which have a sum of `total`, and applies the
+// window.
+CEILMAP_INLINE void LevelAndWindow(float total, const BlockWindow& window, float* dst) {
+  const Plane plane(total, window, dst);
+  const float first = plane.mean - 0.5F * plane.slope_x * static_cast<float>(window.width - 1) -
+                      0.5F * plane.slope_y * static_cast<float>(window.height - 1);
+  for (int y = 0; y < window.height; ++y, dst += window.width) {
+    const float left = first + plane.slope_y * static_cast<float>(y);
+    for (int x = 0; x < window.width; ++x) {
+      const float level = left + plane.slope_x * static_cast<float>(x);
+      dst[x] = (dst[x] - level) * (window.x[x] * window.y[y]);
+    }
   }
 }
 
@@ -365,14 +403,10 @@ CEILMAP_INLINE float SampleInTwoPasses(const float* src,
 }  // namespace
 
 CEILMAP_HOT
-void SampleCubicWindowed(const float* src,
-                         int w,
-                         const Affine& m,
-                         const float* wx,
-                         const float* wy,
-                         int dw,
-                         int dh,
-                         float* dst) {
+void SampleCubicWindowed(
+    const float* src, int w, const Affine& m, const BlockWindow& window, float* dst) {
+  const int dw = window.width;
+  const int dh = window.height;
   float total = 0;
   if (HardlyTurned(m, dw, dh)) {
     total = SampleHardlyTurned(src, w, m, dw, dh, dst);
@@ -382,22 +416,21 @@ void SampleCubicWindowed(const float* src,
     total = InTwoPasses(block, u, w) ? SampleInTwoPasses(src, w, block, u, dw, dh, dst)
                                      : SampleInOnePass(src, w, m, dw, dh, dst);
   }
-  SubtractMeanAndWindow(total, wx, wy, dw, dh, dst);
+  LevelAndWindow(total, window, dst);
 }
 
 CEILMAP_HOT
-void CopyWindowed(
-    const float* src, int w, const float* wx, const float* wy, int dw, int dh, float* dst) {
+void CopyWindowed(const float* src, int w, const BlockWindow& window, float* dst) {
   Four total{};
   float* out = dst;
-  for (int y = 0; y < dh; ++y, out += dw, src += w) {
-    for (int x = 0; x < dw; x += 4) {
+  for (int y = 0; y < window.height; ++y, out += window.width, src += w) {
+    for (int x = 0; x < window.width; x += 4) {
       const Four value = Load(src + x);
       std::memcpy(out + x, &value, sizeof value);
       total += value;
     }
   }
-  SubtractMeanAndWindow(Sum(total), wx, wy, dw, dh, dst);
+  LevelAndWindow(Sum(total), window, dst);
 }
 
 }  // namespace ceilmap::registration::kernels

@@ -36,6 +36,7 @@ BlockStage::BlockStage(cv::Size size,
                        bool same_recording)
     : blocks_(grid.of_level),
       block_px_(grid.block_px),
+      removes_slope_(grid.removes_slope),
       same_recording_(same_recording),
       size_(size),
       poc_({grid.block_px, grid.block_px}),
@@ -201,27 +202,21 @@ std::vector<int> BlockStage::Select(const Level& reference,
   return chosen;
 }
 
+kernels::BlockWindow BlockStage::Window() const {
+  return {poc_.WindowX().data(), poc_.WindowY().data(), block_px_, block_px_, removes_slope_};
+}
+
 void BlockStage::SampleBlock(const Level& level,
                              const kernels::Affine& map,
                              RealArray& samples) const {
-  kernels::SampleCubicWindowed(level.grey.data(),
-                               size_.width,
-                               map,
-                               poc_.WindowX().data(),
-                               poc_.WindowY().data(),
-                               block_px_,
-                               block_px_,
-                               samples.data());
+  kernels::SampleCubicWindowed(level.grey.data(), size_.width, map, Window(), samples.data());
 }
 
 void BlockStage::CopyBlock(const Level& level, cv::Point corner, RealArray& samples) const {
   kernels::CopyWindowed(
       level.grey.data() + static_cast<std::ptrdiff_t>(corner.y) * size_.width + corner.x,
       size_.width,
-      poc_.WindowX().data(),
-      poc_.WindowY().data(),
-      block_px_,
-      block_px_,
+      Window(),
       samples.data());
 }
 

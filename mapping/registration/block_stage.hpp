@@ -19,6 +19,10 @@ struct BlockGrid {
   int blocks = 90;    ///< the grid is laid out for about this many; they overlap by half at most
   /// Where the level keeps the blocks of this grid.
   std::vector<ReferenceBlock> Level::*of_level = &Level::blocks;
+  /// A slope of the grey levels is shading of the lens or of a lamp. It looks alike everywhere, so
+  /// with it a block agrees with any motion from which it is compared. In small blocks it is also a
+  /// part of what they show.
+  bool removes_slope = true;
 };
 
 /// The fine stage: block POC. A grid of small blocks of the reference is compared with the current
@@ -106,6 +110,7 @@ class BlockStage {
                     int passes = 1);
 
  private:
+  [[nodiscard]] kernels::BlockWindow Window() const;
   void SampleBlock(const Level& level, const kernels::Affine& map, RealArray& samples) const;
   void CopyBlock(const Level& level, cv::Point corner, RealArray& samples) const;
   bool CorrelateBlock(const Level& reference,
@@ -126,6 +131,7 @@ class BlockStage {
 
   std::vector<ReferenceBlock> Level::*blocks_;
   int block_px_;
+  bool removes_slope_;
   bool same_recording_;
   cv::Size size_;
   cv::Mat any_blank_;  // 255 where no image has content; empty: nowhere

@@ -102,7 +102,7 @@ DepthStage::DepthStage(cv::Size size, const RegistrarParams& params)
              params.same_recording),
       small_(fine_frame_.size,
              LevelMask(params.mask, fine_frame_.size),
-             {kSmallBlockPx, kSmallBlocks, &Level::small_blocks},
+             {kSmallBlockPx, kSmallBlocks, &Level::small_blocks, false},
              params.same_recording) {
   unknown_.grid = small_.Grid();
   const int cells = small_.GridSize();

@@ -91,6 +91,14 @@ class FineStage {
                         const FrameSpectrum::Fine& current,
                         const ImageMotion& motion);
 
+  /// Registrar::TexturedRatio. Prepares the fine blocks of the image.
+  double TexturedRatio(FrameSpectrum::Fine& data);
+
+  /// Registrar::TellingRatio.
+  double TellingRatio(const FrameSpectrum::Fine& reference,
+                      const FrameSpectrum::Fine& current,
+                      const ImageMotion& motion);
+
   /// PlaneMeasurement::Fit with blocks of the fine level.
   PlaneFit RefinePlane(const FrameSpectrum::Fine& reference,
                        const FrameSpectrum::Fine& current,

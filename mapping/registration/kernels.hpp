@@ -70,26 +70,28 @@ void GatherBilinear(const float* plane,
                     std::size_t n,
                     float* out);
 
-/// Catmull-Rom (bicubic) sampling of src at affine positions, times window wx[col] * wy[row]; every
-/// position must lie in [1, w-2) x [1, h-2); dw must be a multiple of 4. The samples' mean is
-/// subtracted before windowing.
+/// What is done with the samples of a block.
+struct BlockWindow {
+  const float* x;  ///< weights of the columns
+  const float* y;  ///< weights of the rows
+  int width;       ///< a multiple of 4
+  int height;
+  /// Of the samples their plane is subtracted before windowing; false: only their mean.
+  bool removes_slope;
+};
+
+/// Catmull-Rom (bicubic) sampling of src at affine positions, times x[col] * y[row] of the window;
+/// every position must lie in [1, w-2) x [1, h-2).
 ///
 /// Blocks whose sides are multiples of 8 take less than half the time where they are turned by up
 /// to 29 degrees against the axes of src, either way round, and a quarter where they are hardly
 /// turned: these are sampled along the rows of src and then along its columns (Catmull and Smith
 /// 1980). Both ways reproduce quadratic forms.
-void SampleCubicWindowed(const float* src,
-                         int w,
-                         const Affine& m,
-                         const float* wx,
-                         const float* wy,
-                         int dw,
-                         int dh,
-                         float* dst);
+void SampleCubicWindowed(
+    const float* src, int w, const Affine& m, const BlockWindow& window, float* dst);
 
-/// The same at the pixels themselves: dw x dh pixels from src on.
-void CopyWindowed(
-    const float* src, int w, const float* wx, const float* wy, int dw, int dh, float* dst);
+/// The same at the pixels themselves: those of the window from src on.
+void CopyWindowed(const float* src, int w, const BlockWindow& window, float* dst);
 
 /// out = conj(a) * b * weight, with weight = band / (|a||b| * whiten + noise): between plain
 /// correlation (whiten 0) and phase-only correlation (noise 0). Returns the sum of all |out| over

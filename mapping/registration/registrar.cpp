@@ -277,6 +277,18 @@ Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
   return impl_->fine.Compare(*reference.fine_, *current.fine_, motion);
 }
 
+double Registrar::TexturedRatio(const FrameSpectrum& spectrum) {
+  CheckNotEmpty(spectrum, spectrum, "TexturedRatio");
+  return impl_->fine.TexturedRatio(*spectrum.fine_);
+}
+
+double Registrar::TellingRatio(const FrameSpectrum& reference,
+                               const FrameSpectrum& current,
+                               const ImageMotion& motion) {
+  CheckNotEmpty(reference, current, "TellingRatio");
+  return impl_->fine.TellingRatio(*reference.fine_, *current.fine_, motion);
+}
+
 Registration Registrar::Refine(const FrameSpectrum& reference,
                                const FrameSpectrum& current,
                                const ImageMotion& start) {

@@ -221,6 +221,16 @@ class Registrar {
                                       const FrameSpectrum& current,
                                       const ImageMotion& motion);
 
+  /// Part of the blocks of the image, 0..1, that show more than noise.
+  [[nodiscard]] double TexturedRatio(const FrameSpectrum& spectrum);
+
+  /// Part of the blocks, 0..1, that are less similar a little away from the motion than under it.
+  /// Shading, dust and the errors of a codec stay at their place in the image: they agree with the
+  /// motion zero, but hardly less with others near it. Takes as long as five comparisons.
+  [[nodiscard]] double TellingRatio(const FrameSpectrum& reference,
+                                    const FrameSpectrum& current,
+                                    const ImageMotion& motion);
+
   /// The fine stage alone, from a motion that is known to about 10 px and 2 degrees (tracking on a
   /// map, checking a prediction). kOk or kNoMatch; other motions that might explain the images are
   /// not examined.

@@ -41,6 +41,23 @@ class WheeledDrive {
     return Process(image, repeated);
   }
 
+  /// A plain ceiling, and the shading of the lens.
+  OdometryStep White(double forward_m, double turn_deg) {
+    Move(forward_m, turn_deg);
+    cv::RNG random(Seed());
+    cv::Mat image(kSize, CV_32FC1);
+    random.fill(image, cv::RNG::NORMAL, 0, 1);
+    for (int y = 0; y < kSize.height; ++y) {
+      for (int x = 0; x < kSize.width; ++x) {
+        const double r = std::hypot(x - 320, y - 240) / 400;
+        image.at<float>(y, x) += static_cast<float>(175 - 32 * r * r);
+      }
+    }
+    cv::Mat grey;
+    image.convertTo(grey, CV_8U);
+    return Process(grey, 0);
+  }
+
   [[nodiscard]] const Pose2& Truth() const { return truth_; }
   [[nodiscard]] const Pose2& Latest() const { return latest_keyframe_; }
   /// Since the last frame that was placed.
@@ -212,6 +229,18 @@ TEST(OdometryWheels, ASlipUnderAGoodCeilingDoesNotChangeThePoses) {
     const OdometryStep step = drive.Lit(0.06, 1);
     ASSERT_TRUE(Placed(step)) << i;
     ExpectNear(step.pose.T_map_base, drive.Truth(), "frame " + std::to_string(i));
+  }
+}
+
+// The robot drives on under a white ceiling. What stays in the image must not hold it.
+TEST(OdometryWithWheels, UnderAWhiteCeilingNothingIsPlaced) {
+  for (const bool reports : {true, false}) {
+    WheeledDrive drive;
+    drive.reports = reports;
+    for (int i = 0; i < 12; ++i) ASSERT_TRUE(Placed(drive.Lit(0.08, 0)));
+    int placed = 0;
+    for (int i = 0; i < 15; ++i) placed += Placed(drive.White(0.08, 0)) ? 1 : 0;
+    EXPECT_EQ(placed, 0) << reports;
   }
 }
 

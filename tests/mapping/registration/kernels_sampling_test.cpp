@@ -143,7 +143,7 @@ struct Patch {
                                   const Affine& m,
                                   Value value) const {
     std::vector<float> dst(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
-    SampleCubicWindowed(src.data(), src_w, m, wx.data(), wy.data(), w, h, dst.data());
+    SampleCubicWindowed(src.data(), src_w, m, {wx.data(), wy.data(), w, h, false}, dst.data());
     std::vector<double> expected;
     double mean = 0;
     for (int y = 0; y < h; ++y) {
@@ -189,6 +189,48 @@ TEST(Kernels, SampleCubicIsCatmullRom) {
     EXPECT_LT((Patch{16, 16}.WorstError(src, kW, m, sample)), 0.006);
   }
   EXPECT_LT(Patch().WorstError(src, kW, {1, 0, 3.25F, 0, 1, 5.125F}, sample), 2e-6);
+}
+
+// A slope of the source, in any direction, leaves nothing; the window comes afterwards.
+TEST(Kernels, RemovesTheSlopeOfABlock) {
+  const auto form = [](int x, int y) {
+    return 40 + 0.7F * static_cast<float>(x) - 1.3F * static_cast<float>(y);
+  };
+  const std::vector<float> grain = RandomFloats(kW * kH, 18);
+  std::vector<float> slope;
+  std::vector<float> both;
+  for (int y = 0; y < kH; ++y) {
+    for (int x = 0; x < kW; ++x) {
+      slope.push_back(form(x, y));
+      both.push_back(form(x, y) + grain[At(x, y)]);
+    }
+  }
+  const Patch patch{16, 8};
+  const BlockWindow window{patch.wx.data(), patch.wy.data(), patch.w, patch.h, true};
+  const auto count = static_cast<std::size_t>(patch.w) * static_cast<std::size_t>(patch.h);
+  const auto sampled = [&](const std::vector<float>& src, const Affine& m) {
+    std::vector<float> dst(count);
+    SampleCubicWindowed(src.data(), kW, m, window, dst.data());
+    return dst;
+  };
+  for (const Affine& m : {Affine{1, 0, 3.25F, 0, 1, 4.5F},
+                          Affine{0.95F, -0.2F, 6.2F, 0.2F, 0.95F, 2.7F},
+                          Affine{1.3F, 0.2F, 3.1F, -0.2F, 1.3F, 5.4F}}) {
+    const std::vector<float> of_slope = sampled(slope, m);
+    const std::vector<float> of_grain = sampled(grain, m);
+    const std::vector<float> of_both = sampled(both, m);
+    double left = 0;
+    for (std::size_t i = 0; i < of_slope.size(); ++i) {
+      EXPECT_NEAR(of_slope[i], 0, 2e-3);
+      EXPECT_NEAR(of_both[i], of_grain[i], 3e-3);
+      left += std::abs(of_grain[i]);
+    }
+    EXPECT_GT(left, 1);
+  }
+  std::vector<float> copy(count);
+  CopyWindowed(both.data() + At(3, 4), kW, window, copy.data());
+  const std::vector<float> same = sampled(both, {1, 0, 3, 0, 1, 4});
+  for (std::size_t i = 0; i < copy.size(); ++i) EXPECT_NEAR(copy[i], same[i], 2e-4);
 }
 
 /// About `angle_deg`, with the patch's centre at (cx, cy) of the source.

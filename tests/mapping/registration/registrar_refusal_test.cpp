@@ -37,6 +37,43 @@ TEST_F(RegistrarTest, NoiseAloneIsNeverRegistered) {
   }
 }
 
+/// A plain ceiling behind a lens that is darker towards the corners, in 8 bits.
+cv::Mat Shaded(cv::Size size, std::uint32_t seed) {
+  cv::RNG random(seed);
+  cv::Mat image(size, CV_32FC1);
+  random.fill(image, cv::RNG::NORMAL, 0, 1);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const double dx = (x - 0.5 * size.width) / size.width;
+      const double dy = (y - 0.5 * size.height) / size.width;
+      image.at<float>(y, x) += static_cast<float>(175 - 80 * (dx * dx + dy * dy));
+    }
+  }
+  cv::Mat grey;
+  image.convertTo(grey, CV_8U);
+  return grey;
+}
+
+// The lens's shading is the same in both images: it looks as if the robot stood.
+TEST_F(RegistrarTest, ShadingTellsNothing) {
+  const FrameSpectrum here = registrar_.Analyze(Shaded(kSize, 1));
+  const FrameSpectrum there = registrar_.Analyze(Shaded(kSize, 2));
+  for (const ImageMotion& motion : {ImageMotion{}, ImageMotion{25, -10, 0.05, 1}}) {
+    EXPECT_LT(registrar_.TellingRatio(here, there, motion), 0.05);
+    // Blocks compared at any motion agree with it, unless their slopes are removed.
+    EXPECT_FALSE(registrar_.Refine(here, there, motion).ok());
+  }
+  EXPECT_LT(registrar_.TexturedRatio(here), 0.45);
+}
+
+TEST_F(RegistrarTest, WeakTextureTells) {
+  const SyntheticCeiling plaster({.tile_px = 0, .speckle_grey = 3, .lamps = false});
+  const FrameSpectrum here = registrar_.Analyze(plaster.Render(kSize, {}, 1.5, 1));
+  const FrameSpectrum there = registrar_.Analyze(plaster.Render(kSize, {}, 1.5, 2));
+  EXPECT_GT(registrar_.TellingRatio(here, there, {}), 0.2);
+  EXPECT_GT(registrar_.TexturedRatio(here), 0.9);
+}
+
 TEST_F(RegistrarTest, UnrelatedImagesDoNotMatch) {
   Registrar with_scale(kSize, WithScale());
   int not_matched = 0;
