@@ -86,7 +86,8 @@ struct LoopCloser::Impl {
   std::unordered_map<std::int64_t, std::shared_ptr<const heights::HeightField>> heights;
   LoopCandidates candidates;
   LoopVerifier judge;
-  std::vector<Pose2> recorded;  // by id: pose of the keyframe when it was added
+  std::vector<std::int64_t> by_wheels;  // keyframes that only the wheels tie to those before
+  std::vector<Pose2> recorded;          // by id: pose of the keyframe when it was added
   // By id: covariance of the pose, along the best path from the start
   std::vector<Eigen::Matrix3d> covariance;
   graph::LoopCounts counts;
@@ -95,10 +96,11 @@ struct LoopCloser::Impl {
   graph::Edge ClosureEdge(const Registration& measured, std::int64_t from, std::int64_t to) const;
   MotionPrior Prior(const Pose2& T_from_to, double sigma, double sigma_rad) const;
   bool WorthWhile(const Relative& predicted, std::int64_t id) const;
-  std::optional<graph::Edge> Measure(std::int64_t from,
-                                     std::int64_t to,
-                                     const Relative& predicted,
-                                     bool uncertain);
+  bool MayHaveSlipped(std::int64_t from, std::int64_t to) const;
+  std::vector<graph::Edge> Measure(std::int64_t from,
+                                   std::int64_t to,
+                                   const Relative& predicted,
+                                   bool uncertain);
   void Accept(const graph::Edge& edge);
   void MoveWindow(std::int64_t latest);
 };
@@ -144,10 +146,19 @@ bool LoopCloser::Impl::WorthWhile(const Relative& predicted, std::int64_t id) co
   return variance(predicted.covariance) > kMinGain * variance(tie.information.inverse());
 }
 
-std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
-                                                     std::int64_t to,
-                                                     const Relative& predicted,
-                                                     bool uncertain) {
+/// Whether the way between two keyframes leads over a stretch that only the wheels know. In the
+/// dark nothing tells a slip of the wheels.
+bool LoopCloser::Impl::MayHaveSlipped(std::int64_t from, std::int64_t to) const {
+  const auto first = std::upper_bound(by_wheels.begin(), by_wheels.end(), std::min(from, to));
+  return first != by_wheels.end() && *first <= std::max(from, to);
+}
+
+/// The closures that are certain with this comparison: none, its own, or also those that waited for
+/// it.
+std::vector<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
+                                                   std::int64_t to,
+                                                   const Relative& predicted,
+                                                   bool uncertain) {
   ++counts.compared;
   const MotionPrior prior = Prior(predicted.T_from_to,
                                   LargestSigma(predicted.covariance.topLeftCorner<2, 2>()),
@@ -156,20 +167,22 @@ std::optional<graph::Edge> LoopCloser::Impl::Measure(std::int64_t from,
   if (measured.verdict == Verdict::kAmbiguous) ++counts.ambiguous;
   if (!measured.ok()) {
     if (measured.verdict != Verdict::kAmbiguous) ++counts.no_match;
-    return std::nullopt;
+    return {};
   }
   const bool rivalled =
       measured.disambiguated_by_prior || measured.runner_up > kMaxRivalRatio * measured.peak;
   if (uncertain && rivalled) {
     ++counts.ambiguous;
-    return std::nullopt;
+    return {};
   }
   const graph::Edge edge = ClosureEdge(measured, from, to);
-  if (!judge.Agrees(edge, predicted)) {
+  const bool as_predicted = judge.Agrees(edge, predicted);
+  if (!as_predicted && (rivalled || !MayHaveSlipped(from, to))) {
     ++counts.off_prediction;
-    return std::nullopt;
+    return {};
   }
-  return edge;
+  if (as_predicted && !uncertain) return {edge};
+  return judge.Confirm(edge, graph);
 }
 
 void LoopCloser::Impl::Accept(const graph::Edge& edge) {
@@ -248,6 +261,9 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
   me.recorded[index] = keyframe.pose.T_map_base;
   me.covariance[index] = covariance;
   for (const graph::Edge& edge : edges) me.graph.Add(edge);
+  if (!edges.empty() && edges.front().kind == graph::Edge::Kind::kWheels) {
+    me.by_wheels.push_back(keyframe.id);
+  }
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
   if (keyframe.heights) me.heights[keyframe.id] = keyframe.heights;
@@ -306,10 +322,7 @@ void LoopCloser::Close(std::int64_t id) {
     const double overlap = OverlapOf(me.view, predicted.T_from_to);
     if (!uncertain && overlap < params.candidates.min_overlap) continue;
     ++compared;
-    const std::optional<graph::Edge> edge = me.Measure(candidate, id, predicted, uncertain);
-    if (!edge) continue;
-    const std::vector<graph::Edge> accepted =
-        uncertain ? me.judge.Confirm(*edge, me.graph) : std::vector<graph::Edge>{*edge};
+    const auto accepted = me.Measure(candidate, id, predicted, uncertain);
     for (const graph::Edge& closure : accepted) me.Accept(closure);
   }
   if (me.counts.accepted > accepted_before) me.MoveWindow(id);

@@ -1,5 +1,6 @@
 #include "mapping/predicted_frames.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -14,6 +15,29 @@ const graph::FramePose* Find(const std::vector<graph::FramePose>& trajectory, st
         return frame.frame_index < at;
       });
   return found != trajectory.end() && found->frame_index == index ? &*found : nullptr;
+}
+
+/// One pose of two predictions, forwards and backwards in time. Where they contradict each other
+/// the wheels have slipped between the frames with poses, at any time: before it the first one is
+/// right, after it the second. @param part  of the time that has passed, 0..1.
+PoseWithCovariance Between(const PoseWithCovariance& forwards,
+                           const PoseWithCovariance& backwards,
+                           double part) {
+  constexpr double kMaxSigmas = 4;
+  const Eigen::Vector3d off(backwards.pose.x - forwards.pose.x,
+                            backwards.pose.y - forwards.pose.y,
+                            WrapAngle(backwards.pose.yaw - forwards.pose.yaw));
+  const Eigen::Matrix3d spread = forwards.covariance + backwards.covariance;
+  if (!(off.dot(spread.ldlt().solve(off)) > kMaxSigmas * kMaxSigmas)) {
+    return Fused(forwards, backwards);
+  }
+  PoseWithCovariance between = forwards;
+  between.pose.x += part * off.x();
+  between.pose.y += part * off.y();
+  between.pose.yaw = WrapAngle(between.pose.yaw + part * off.z());
+  between.covariance = (1 - part) * forwards.covariance + part * backwards.covariance +
+                       part * (1 - part) * off * off.transpose();
+  return between;
 }
 
 }  // namespace
@@ -61,7 +85,10 @@ void PredictedFrames::PlaceRun(const Run& run,
   for (std::size_t i = 0; i < count; ++i) {
     way = way * run.steps[i];
     PoseWithCovariance pose = way.From({before->T_map_base, before->covariance});
-    if (backwards[i]) pose = Fused(pose, *backwards[i]);
+    if (backwards[i]) {
+      pose =
+          Between(pose, *backwards[i], static_cast<double>(i + 1) / static_cast<double>(count + 1));
+    }
     if (!wheels::IsUsable(pose)) continue;
     graph::FramePose frame = run.frames[i + 1];
     frame.status = graph::TrackingStatus::kPredicted;

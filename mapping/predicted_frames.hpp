@@ -19,7 +19,8 @@ class PredictedFrames {
 
   /// The frames with status kPredicted, in order of time. Between two frames with poses the mean of
   /// both predictions is taken, forwards from the one and backwards from the other, weighted by
-  /// their covariances; after the last one the prediction forwards.
+  /// their covariances; after the last one the prediction forwards. Where the wheels have slipped
+  /// between the two, their predictions contradict each other, and the covariance covers both.
   /// @param trajectory  Placed frames in order of time, as the map has them in the end.
   [[nodiscard]] std::vector<graph::FramePose> Place(
       const std::vector<graph::FramePose>& trajectory) const;

@@ -49,6 +49,7 @@ graph::Edge EdgeByWheels(const graph::Keyframe& from,
   graph::Edge edge;
   edge.from = from.id;
   edge.to = to;
+  edge.kind = graph::Edge::Kind::kWheels;
   edge.T_from_to = now.pose;
   edge.information = (now.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
   return edge;

@@ -45,9 +45,10 @@ std::vector<Tie> Ties(const MapGraph& graph) {
 }
 
 Legs LegsOf(const MapGraph& graph) {
-  std::unordered_set<std::int64_t> joined;  // keyframes that the odometry joined to the one before
+  std::unordered_set<std::int64_t>
+      joined;  // keyframes that odometry or wheels joined to the one before
   for (const Edge& edge : graph.edges) {
-    if (edge.kind == Edge::Kind::kOdometry && edge.to == edge.from + 1) joined.insert(edge.to);
+    if (edge.kind != Edge::Kind::kLoopClosure && edge.to == edge.from + 1) joined.insert(edge.to);
   }
   Legs legs;
   for (std::size_t i = 1; i < graph.keyframes.size(); ++i) {

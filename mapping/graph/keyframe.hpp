@@ -71,7 +71,11 @@ using ImageLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
 
 /// A measured motion between two keyframes: an edge of the pose graph.
 struct Edge {
-  enum class Kind { kOdometry, kLoopClosure };
+  enum class Kind {
+    kOdometry,     ///< measured by the images of neighbours in time
+    kLoopClosure,  ///< measured by the images of neighbours in space
+    kWheels,       ///< known by the wheels alone, over a stretch where the images show nothing
+  };
   std::int64_t from = 0;
   std::int64_t to = 0;
   Kind kind = Kind::kOdometry;

@@ -52,6 +52,7 @@ void MeasureQuality(const MapGraph& graph, const std::vector<Pose2>& poses, MapQ
     const double chi2 = Chi2(edge, poses);
     sum += chi2;
     largest = std::max(largest, chi2);
+    if (edge.kind == Edge::Kind::kWheels) continue;
     const Eigen::Vector3d residual = EdgeResidual(
         edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)]);
     const std::size_t kind = edge.kind == Edge::Kind::kLoopClosure ? 1 : 0;

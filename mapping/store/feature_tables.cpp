@@ -1,6 +1,7 @@
 #include "mapping/store/feature_tables.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -18,6 +19,9 @@ constexpr MatrixColumns kInformation = {"ixx", "ixy", "ixyaw", "iyy", "iyyaw", "
 constexpr char kPitch[] = "pitch_rad";
 constexpr char kRoll[] = "roll_rad";
 constexpr char kLift[] = "lift";
+
+// In the order of graph::Edge::Kind.
+constexpr std::array<const char*, 3> kEdgeKinds = {"odometry", "loop_closure", "wheels"};
 
 constexpr double kMaxCoordinate = 1e9;
 
@@ -132,7 +136,7 @@ bool Append(OGRLayer& layer,
   const OGRFeatureUniquePtr row = NewRow(layer);
   row->SetField("from_id", static_cast<GIntBig>(edge.from));
   row->SetField("to_id", static_cast<GIntBig>(edge.to));
-  row->SetField("kind", edge.kind == graph::Edge::Kind::kLoopClosure ? "loop_closure" : "odometry");
+  row->SetField("kind", kEdgeKinds.at(static_cast<std::size_t>(edge.kind)));
   row->SetField("x", edge.T_from_to.x);
   row->SetField("y", edge.T_from_to.y);
   row->SetField("yaw_rad", edge.T_from_to.yaw);
@@ -204,8 +208,9 @@ graph::Edge ToEdge(OGRFeature& row) {
   edge.from = Integer(row, "from_id");
   edge.to = Integer(row, "to_id");
   const std::string kind = Text(row, "kind");
-  if (kind != "odometry" && kind != "loop_closure") ThrowDamaged(row, "unknown kind");
-  edge.kind = kind == "odometry" ? graph::Edge::Kind::kOdometry : graph::Edge::Kind::kLoopClosure;
+  const auto* const known = std::find(kEdgeKinds.begin(), kEdgeKinds.end(), kind);
+  if (known == kEdgeKinds.end()) ThrowDamaged(row, "unknown kind");
+  edge.kind = static_cast<graph::Edge::Kind>(known - kEdgeKinds.begin());
   edge.T_from_to = {Real(row, "x"), Real(row, "y"), Real(row, "yaw_rad")};
   CheckCoordinates(row, edge.T_from_to.x, edge.T_from_to.y);
   edge.information = Matrix(row, kInformation);

@@ -124,6 +124,36 @@ TEST(LoopCloser, NoClosureWhereTheMapExcludesIt) {
   EXPECT_GT(closed.closer.Counts().off_prediction, 0);
 }
 
+// In the dark the wheels have slipped, and their edge does not know. Closures that agree with each
+// other count for more; a tie by images is believed.
+TEST(LoopCloser, ASlipInTheDarkIsFound) {
+  for (const bool by_wheels : {true, false}) {
+    DriveUnder drive({}, Square(5, 1, 2));
+    graph::Edge& dark = drive.graph.edges.at(21);
+    dark.kind = by_wheels ? graph::Edge::Kind::kWheels : graph::Edge::Kind::kOdometry;
+    dark.T_from_to.x += 0.3;
+    dark.information = Eigen::Vector3d(1 / 9e-4, 1 / 9e-4, 1 / 1e-4).asDiagonal();
+    const Pose2 slip = dark.T_from_to;
+    Pose2 T_map_base = drive.graph.keyframes.at(21).pose.T_map_base;
+    for (std::size_t i = 22; i < drive.graph.keyframes.size(); ++i) {
+      T_map_base = T_map_base * (i == 22 ? slip : drive.graph.edges.at(i - 1).T_from_to);
+      drive.graph.keyframes.at(i).pose.T_map_base = T_map_base;
+    }
+    const Closed closed(drive);
+    EXPECT_LT(closed.WorstClosure(), 0.001);
+    const auto after = [&](const graph::Edge& edge) { return edge.from < 22 && edge.to > 25; };
+    const std::vector<graph::Edge> closures = closed.Closures();
+    const auto found = std::count_if(closures.begin(), closures.end(), after);
+    if (by_wheels) {
+      EXPECT_GE(found, 8);
+      const Pose2 truth = drive.truth.at(0).Inverse() * drive.truth.at(39);
+      EXPECT_LT((closed.closer.Graph().T_map_base(39).Inverse() * truth).Translation().norm(), 0.1);
+    } else {
+      EXPECT_EQ(found, 0);
+    }
+  }
+}
+
 TEST(LoopCloser, WorkPerKeyframeIsBounded) {
   LoopCloserParams params;
   params.comparisons_per_keyframe = 2;

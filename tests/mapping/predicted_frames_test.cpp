@@ -64,6 +64,25 @@ TEST(PredictedFrames, ARunMeetsBothEnds) {
   }
 }
 
+// The wheels slip by 0.4 m at an unknown time: before it the frames are where the way from the
+// start leads, after it where the way to the end does.
+TEST(PredictedFrames, ARunWithASlipCoversBothPredictions) {
+  const double slip_m = 0.4;
+  const std::vector<FramePose> trajectory{Placed(0, {}), Placed(4, {2 - slip_m, 0, 0})};
+  const std::vector<FramePose> placed = ThreeInTheDark(Ahead()).Place(trajectory);
+  ASSERT_EQ(placed.size(), 3U);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const double share = static_cast<double>(i + 1) / 4;
+    const double before_m = 2 * share;
+    const double after_m = before_m - slip_m;
+    EXPECT_NEAR(placed[i].T_map_base.x, before_m - slip_m * share, 1e-9) << i;
+    const double sigma_m = std::sqrt(placed[i].covariance(0, 0));
+    EXPECT_LT(std::abs(placed[i].T_map_base.x - before_m), 2 * sigma_m) << i;
+    EXPECT_LT(std::abs(placed[i].T_map_base.x - after_m), 2 * sigma_m) << i;
+    EXPECT_LT(std::sqrt(placed[i].covariance(1, 1)), 0.07) << "the robot did not move sideways";
+  }
+}
+
 TEST(PredictedFrames, ARunGoesTheTurnsOfTheWheels) {
   wheels::RelativeMotion step = Ahead();
   step.T_before_now = {0.5, 0.1, 0.6};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -147,7 +148,10 @@ struct SmallMap {
       graph::Edge edge;
       edge.from = keyframes[i - 1].id;
       edge.to = keyframes[i].id;
-      edge.kind = i % 2 == 0 ? graph::Edge::Kind::kLoopClosure : graph::Edge::Kind::kOdometry;
+      constexpr std::array kKinds = {graph::Edge::Kind::kOdometry,
+                                     graph::Edge::Kind::kLoopClosure,
+                                     graph::Edge::Kind::kWheels};
+      edge.kind = kKinds.at(i % 3);
       edge.T_from_to = {1.0 / 3, -0.1 * static_cast<double>(i), 0.7};
       edge.information << 1e6 / 3, 5, 6, 5, 2e6 / 7, 7, 6, 7, 1e8;
       edges.push_back(edge);
