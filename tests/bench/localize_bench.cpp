@@ -3,6 +3,7 @@
 //   ceilmap_localize_bench global SCENE.yaml [-o DIR]    switched on at 100 random places
 //   ceilmap_localize_bench jumps SCENE.yaml [-o DIR]     carried away 20 times
 //   ceilmap_localize_bench periodic SCENE.yaml [-o DIR]  a ceiling that repeats itself, with marks
+//   ceilmap_localize_bench jumps-wheels|periodic-wheels SCENE.yaml [-o DIR]  with wheels
 //   ceilmap_localize_bench changed SCENE.yaml [-o DIR]   a fifth of the ceiling is another one
 //   ceilmap_localize_bench cameras SCENE.yaml [-o DIR]   cameras of all kinds
 //   ceilmap_localize_bench speed [-o DIR]                tracking against plain registration
@@ -72,9 +73,9 @@ bool RunGlobal(const simulator::Scene& scene, const fs::path& folder) {
   return right >= 95 && wrong == 0 && Median(search_ms) <= 150;
 }
 
-bool RunJumps(const simulator::Scene& scene, const fs::path& folder) {
+bool RunJumps(const simulator::Scene& scene, const fs::path& folder, bool has_wheels) {
   const World world(scene, folder / "world.gpkg");
-  Visitor visitor(AnotherRobot(scene), world);
+  Visitor visitor(AnotherRobot(scene), world, has_wheels);
   constexpr int kJumps = 20;
   constexpr int kFramesEach = 25;
   Places places(scene, 2);
@@ -85,6 +86,7 @@ bool RunJumps(const simulator::Scene& scene, const fs::path& folder) {
   for (int jump = 0; jump <= kJumps; ++jump) {  // the first one switches the robot on
     int frames = 0;
     bool found = false;
+    visitor.Carry();
     for (const simulator::Frame& frame : places.NextDrive(kFramesEach)) {
       const Visit visit = visitor.Locate(frame);
       frames += found ? 0 : 1;
@@ -113,9 +115,9 @@ bool RunJumps(const simulator::Scene& scene, const fs::path& folder) {
   return recovered == kJumps && wrong == 0;
 }
 
-bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder) {
+bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder, bool has_wheels) {
   const World world(scene, folder / "world.gpkg");
-  Visitor visitor(AnotherRobot(scene), world);
+  Visitor visitor(AnotherRobot(scene), world, has_wheels);
   constexpr int kPlaces = 20;
   constexpr int kEnough = 20;  // placed frames: it stays right
   int accepted = 0;
@@ -171,7 +173,7 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder) {
 bool Run(const std::vector<std::string>& arguments) {
   const char* const usage =
       "ceilmap_localize_bench consistency|speed [-o DIR], or "
-      "global|jumps|periodic|changed|cameras SCENE.yaml [-o DIR]";
+      "global|jumps|jumps-wheels|periodic|periodic-wheels|changed|cameras SCENE.yaml [-o DIR]";
   const auto needs_scene = [](const std::string& mode) {
     return mode != "consistency" && mode != "speed";
   };
@@ -181,10 +183,12 @@ bool Run(const std::vector<std::string>& arguments) {
   if (mode == "speed") return RunSpeed(folder);
   const simulator::Scene scene = simulator::ReadScene(scene_file);
   if (mode == "global") return RunGlobal(scene, folder);
-  if (mode == "jumps") return RunJumps(scene, folder);
+  if (mode == "jumps") return RunJumps(scene, folder, false);
+  if (mode == "jumps-wheels") return RunJumps(scene, folder, true);
   if (mode == "changed") return RunChanged(scene, folder);
   if (mode == "cameras") return RunCameras(scene, folder);
-  if (mode == "periodic") return RunPeriodic(scene, folder);
+  if (mode == "periodic") return RunPeriodic(scene, folder, false);
+  if (mode == "periodic-wheels") return RunPeriodic(scene, folder, true);
   throw InputError(usage);
 }
 

@@ -124,8 +124,35 @@ bool Visit::Right() const {
   return location.Placed() && error_m < kRight_m && error_rad < kRight_rad;
 }
 
-Visitor::Visitor(const simulator::Scene& scene, const World& world)
+std::optional<wheels::RelativeMotion> VisitorWheels::Move(double stamp_s,
+                                                          const Pose2& T_room_base,
+                                                          bool carried) {
+  constexpr double kScale = 1.02;
+  constexpr double kTravelNoise = 0.01;  // m, after one metre
+  constexpr double kYawNoise = 2 * std::numbers::pi / 180;
+  if (last_ && !carried) {
+    const Pose2 true_step = last_->T_room_base.Inverse() * T_room_base;
+    const double root_m = std::sqrt(true_step.Translation().norm());
+    const Pose2 arc{kScale * true_step.x + kTravelNoise * root_m * normal_(random_),
+                    kScale * true_step.y,
+                    true_step.yaw + kYawNoise * root_m * normal_(random_)};
+    T_odom_base_ = T_odom_base_ * arc;
+  }
+  const std::optional<Last> before = last_;
+  last_ = {stamp_s, T_room_base};
+  reckoning_.Add(wheels::OdometrySample{stamp_s, T_odom_base_});
+  return before ? reckoning_.Between(before->stamp_s, stamp_s) : std::nullopt;
+}
+
+void VisitorWheels::Learn(double stamp_s, const localization::Location& location) {
+  std::optional<PoseWithCovariance> pose;
+  if (location.Placed()) pose = {location.pose.T_map_base, location.pose.covariance};
+  if (calibrator_.Place(stamp_s, pose, reckoning_)) reckoning_.SetModel(calibrator_.Model());
+}
+
+Visitor::Visitor(const simulator::Scene& scene, const World& world, bool has_wheels)
     : renderer_(scene), world_(world) {
+  if (has_wheels) wheels_.emplace();
   SwitchOn();
 }
 
@@ -144,11 +171,15 @@ Visit Visitor::Locate(const simulator::Frame& frame) {
   now.index = next_index_;  // the noise of no two images is the same
   const cv::Mat image = renderer_.Render(now);
   const double stamp_s = kPeriod_s * static_cast<double>(next_index_);
+  localization::CeilingFrame seen{image, next_index_, stamp_s, std::nullopt};
+  if (wheels_) seen.wheels = wheels_->Move(stamp_s, visit.T_map_base, carried_);
+  carried_ = false;
   const auto start = std::chrono::steady_clock::now();
-  visit.location = localizer_->Locate({image, next_index_, stamp_s, std::nullopt});
+  visit.location = localizer_->Locate(seen);
   visit.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   ++next_index_;
+  if (wheels_) wheels_->Learn(stamp_s, visit.location);
   if (!visit.location.Placed()) return visit;
   const Pose2& found = visit.location.pose.T_map_base;
   const Eigen::Vector2d error = found.Translation() - visit.T_map_base.Translation();

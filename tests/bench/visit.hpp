@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
 #include "calib/base/pose2.hpp"
+#include "calib/wheels/dead_reckoning.hpp"
+#include "calib/wheels/wheel_calibrator.hpp"
 #include "localization/localizer.hpp"
 #include "mapping/store/map_file.hpp"
 #include "samples/simulator/path.hpp"
@@ -65,14 +68,39 @@ struct Visit {
   [[nodiscard]] bool Right() const;
 };
 
+/// Wheels that report 2 % too much, with 1 % of noise after a metre and 2 degrees of yaw, and what
+/// the robot learns of them.
+class VisitorWheels {
+ public:
+  /// Motion since the frame before. @param carried  the wheels stood still meanwhile.
+  std::optional<wheels::RelativeMotion> Move(double stamp_s,
+                                             const Pose2& T_room_base,
+                                             bool carried);
+  void Learn(double stamp_s, const localization::Location& location);
+
+ private:
+  struct Last {
+    double stamp_s;
+    Pose2 T_room_base;
+  };
+  std::optional<Last> last_;
+  Pose2 T_odom_base_;
+  wheels::DeadReckoning reckoning_;
+  wheels::WheelCalibrator calibrator_;
+  std::mt19937 random_{5};
+  std::normal_distribution<double> normal_;
+};
+
 /// Takes the images of frames and locates them, one after the other.
 class Visitor {
  public:
   /// @param scene  of the visitor. @param world  must outlive the object.
-  Visitor(const simulator::Scene& scene, const World& world);
+  Visitor(const simulator::Scene& scene, const World& world, bool has_wheels = false);
 
   /// Forgets where the robot was.
   void SwitchOn();
+  /// The robot is carried to the next frame.
+  void Carry() { carried_ = true; }
   /// Renders and locates the frame, at the next moment of the visitor's clock.
   Visit Locate(const simulator::Frame& frame);
 
@@ -82,6 +110,8 @@ class Visitor {
   simulator::Renderer renderer_;
   const World& world_;
   std::unique_ptr<localization::Localizer> localizer_;
+  std::optional<VisitorWheels> wheels_;
+  bool carried_ = false;
   std::int64_t next_index_ = 0;
 };
 
