@@ -87,10 +87,14 @@ bool WheelCalibrator::Place(double stamp_s,
                             const DeadReckoning& wheels) {
   if (!pose) {
     start_.reset();
+    latest_.reset();
     return false;
   }
+  const Start now{
+      stamp_s, *pose, latest_ ? SeenVelocity(*latest_, stamp_s, pose->pose) : std::nullopt};
+  latest_ = now;
   if (!start_) {
-    start_ = Start{stamp_s, *pose};
+    start_ = now;
     return false;
   }
   const Pose2 T_from_to = start_->pose.pose.Inverse() * pose->pose;
@@ -103,29 +107,55 @@ bool WheelCalibrator::Place(double stamp_s,
   Eigen::Matrix3d measured = start_->pose.covariance + pose->covariance;
   measured.diagonal() += Eigen::Vector3d(
       kSeenSigmaM * kSeenSigmaM, kSeenSigmaM * kSeenSigmaM, kSeenSigmaRad * kSeenSigmaRad);
-  const bool taken = Take(stamp_s, T_from_to, measured, wheels);
-  start_ = Start{stamp_s, *pose};
+  const bool taken = Take(now, measured, wheels);
+  start_ = now;
   return taken;
 }
 
-bool WheelCalibrator::Take(double to_s,
-                           const Pose2& T_from_to,
+/// Of the robot when it arrived at a pose; nothing after a gap.
+std::optional<Twist2> WheelCalibrator::SeenVelocity(const Start& before,
+                                                    double stamp_s,
+                                                    const Pose2& pose) {
+  constexpr double kLongest = 0.3;
+  const double elapsed_s = stamp_s - before.stamp_s;
+  if (!(elapsed_s > 0 && elapsed_s <= kLongest)) return std::nullopt;
+  return Twist2::Mean(before.pose.pose.Inverse() * pose, elapsed_s);
+}
+
+/// How the motion that the wheels report depends on the constants, by the motion that is seen. By
+/// the reported one, its noise would count as motion too: scales would be too small (errors in
+/// variables) and delays seem to be known at an even speed.
+WheelCalibrator::Jacobian WheelCalibrator::Derivatives(const Start& now, bool by_gyro) const {
+  const Pose2 T = start_->pose.pose.Inverse() * now.pose.pose;
+  Jacobian J = Jacobian::Zero();
+  J.col(0) << T.Translation() / model_.scale.value, 0;
+  // The chord of an arc turns by half of the angle.
+  const Eigen::Vector3d turned(-0.5 * T.y, 0.5 * T.x, 1);
+  if (by_gyro) {
+    J.col(2) = -(now.stamp_s - start_->stamp_s) * turned;
+  } else {
+    J.col(1) = T.yaw / model_.turn_scale.value * turned;
+  }
+  // A delay shifts both ends of the piece along the way.
+  if (!start_->velocity || !now.velocity) return J;
+  const Twist2& first = *start_->velocity;
+  const Twist2& last = *now.velocity;
+  const double turn_rate = T.yaw / (now.stamp_s - start_->stamp_s);
+  J.col(3).head<2>() =
+      T.Rotation() * last.linear_m_s - first.linear_m_s + turn_rate * Eigen::Vector2d(T.y, -T.x);
+  J(2, by_gyro ? 4 : 3) = last.yaw_rad_s - first.yaw_rad_s;
+  return J;
+}
+
+bool WheelCalibrator::Take(const Start& now,
                            const Eigen::Matrix3d& measured,
                            const DeadReckoning& wheels) {
   const double from_s = start_->stamp_s;
+  const double to_s = now.stamp_s;
   const std::optional<RelativeMotion> motion = wheels.Between(from_s, to_s, model_);
   if (!motion) return false;
-  // By differences. The speed at the ends of the piece, on which the effect of a delay depends, has
-  // the noise of single samples: it is taken over a longer time.
-  const Vector steps = (Vector() << 1e-3, 1e-3, 1e-4, 0.05, 0.05).finished();
-  Jacobian J;
-  for (int i = 0; i < kConstants; ++i) {
-    const Vector step = Vector::Unit(i) * steps[i];
-    const auto more = wheels.Between(from_s, to_s, With(Values(model_) + step));
-    const auto less = wheels.Between(from_s, to_s, With(Values(model_) - step));
-    if (!more || !less) return false;
-    J.col(i) = Difference(more->T_before_now, less->T_before_now) / (2 * steps[i]);
-  }
+  const Pose2 T_from_to = start_->pose.pose.Inverse() * now.pose.pose;
+  const Jacobian J = Derivatives(now, wheels.HasGyro());
   ++pieces_;
   Count(T_from_to, motion->T_before_now);
   covariance_(2, 2) += kBiasWalk * kBiasWalk * (to_s - from_s);

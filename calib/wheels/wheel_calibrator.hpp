@@ -59,21 +59,22 @@ class WheelCalibrator {
   struct Start {
     double stamp_s = 0;
     PoseWithCovariance pose;
+    std::optional<Twist2> velocity;  // as seen, when it arrived
   };
 
   static Vector Values(const WheelModel& model);
   [[nodiscard]] WheelModel With(const Vector& values) const;
-  bool Take(double to_s,
-            const Pose2& T_from_to,
-            const Eigen::Matrix3d& measured,
-            const DeadReckoning& wheels);
+  static std::optional<Twist2> SeenVelocity(const Start& before, double stamp_s, const Pose2& pose);
+  [[nodiscard]] Jacobian Derivatives(const Start& now, bool by_gyro) const;
+  bool Take(const Start& now, const Eigen::Matrix3d& measured, const DeadReckoning& wheels);
   void LearnNoise(const Eigen::Vector3d& difference, const Eigen::Matrix3d& expected);
   void Count(const Pose2& seen, const Pose2& reported);
 
   WheelModel first_;
   WheelModel model_;
   Matrix covariance_;
-  std::optional<Start> start_;
+  std::optional<Start> start_;   // of the piece
+  std::optional<Start> latest_;  // the last pose
   std::int64_t pieces_ = 0;
   std::int64_t slips_ = 0;
   std::deque<double> travel_errors_;  // of the latest pieces, in standard deviations as stated ...

@@ -111,6 +111,26 @@ TEST(WheelCalibrator, FindsTheTrackWidthWithoutAGyro) {
   }
 }
 
+// Turns that are nothing but noise must not make the scale smaller.
+TEST(WheelCalibrator, NoiseDoesNotBiasTheScales) {
+  double scale = 0;
+  double turn = 0;
+  constexpr int kRobots = 10;
+  for (int seed = 1; seed <= kRobots; ++seed) {
+    Drive drive{0.97, 1.05};
+    drive.gyro = false;
+    drive.noise = 2.5;
+    drive.seed = seed;
+    WheelCalibrator calibrator;
+    drive.Run(calibrator);
+    const WheelModel& model = calibrator.Model();
+    scale += (model.scale.value - 0.97) / model.scale.sigma / kRobots;
+    turn += (model.turn_scale.value - 1.05) / model.turn_scale.sigma / kRobots;
+  }
+  EXPECT_NEAR(scale, 0, 1.2);
+  EXPECT_NEAR(turn, 0, 1.2);
+}
+
 TEST(WheelCalibrator, MeasuresTheNoise) {
   for (const double noise : {0.3, 2.5}) {
     Drive drive;
