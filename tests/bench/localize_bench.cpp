@@ -12,6 +12,8 @@
 
 #include <fmt/format.h>
 
+#include <opencv2/core.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -115,6 +117,31 @@ bool RunJumps(const simulator::Scene& scene, const fs::path& folder, bool has_wh
   return recovered == kJumps && wrong == 0;
 }
 
+/// Tells when a robot under identical tiles sees anything that differs from place to place: its
+/// image is not that of the same ceiling without marks.
+class MarkWatch {
+ public:
+  explicit MarkWatch(const simulator::Renderer& marked)
+      : marked_(marked), plain_(WithoutMarks(marked.GetScene())) {}
+
+  [[nodiscard]] bool SeesAny(const simulator::Frame& frame) const {
+    constexpr int kMinDifference = 8;  // grey levels
+    constexpr int kMinPixels = 20;
+    cv::Mat difference;
+    cv::absdiff(marked_.Render(frame), plain_.Render(frame), difference);
+    return cv::countNonZero(difference > kMinDifference) >= kMinPixels;
+  }
+
+ private:
+  static simulator::Scene WithoutMarks(simulator::Scene scene) {
+    scene.ceiling.marks = 0;
+    return scene;
+  }
+
+  const simulator::Renderer& marked_;
+  simulator::Renderer plain_;
+};
+
 bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder, bool has_wheels) {
   const World world(scene, folder / "world.gpkg");
   Visitor visitor(AnotherRobot(scene), world, has_wheels);
@@ -124,6 +151,8 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder, bool has
   int wrong = 0;
   int found = 0;
   double travel_m = 0;
+  double blind_m = 0;
+  const MarkWatch watch(visitor.GetRenderer());
   std::vector<double> search_ms;
   for (int i = 0; i < kPlaces; ++i) {
     visitor.SwitchOn();
@@ -134,6 +163,7 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder, bool has
     drive.path.max_frames = 400;
     int placed = 0;
     double distance_m = 0;
+    std::optional<double> mark_m;  // travel until a mark is in view
     const std::vector<simulator::Frame> frames = simulator::MakePath(drive);
     for (std::size_t k = 0; k < frames.size() && placed < kEnough; ++k) {
       const Visit visit = visitor.Locate(frames[k]);
@@ -142,6 +172,7 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder, bool has
         distance_m +=
             (frames[k].T_map_base.translation() - frames[k - 1].T_map_base.translation()).norm();
       }
+      if (placed == 0 && !mark_m && watch.SeesAny(frames[k])) mark_m = distance_m;
       if (!visit.location.Placed()) continue;
       ++accepted;
       ++placed;
@@ -152,18 +183,22 @@ bool RunPeriodic(const simulator::Scene& scene, const fs::path& folder, bool has
     }
     found += placed > 0 ? 1 : 0;
     if (placed > 0) travel_m += distance_m;
-    fmt::print("place {:2}: {}\n",
+    if (placed > 0) blind_m += mark_m.value_or(distance_m);
+    fmt::print("place {:2}: {}, {}\n",
                i,
+               mark_m ? fmt::format("first mark after {:.1f} m", *mark_m) : "no mark",
                placed > 0 ? fmt::format("accepted after {:.1f} m", distance_m)
                           : fmt::format("not accepted within {:.1f} m", distance_m));
     std::fflush(stdout);
   }
   fmt::print(
-      "places {}, found {} after {:.1f} m (mean); a frame until then {:.0f} ms (median); frames "
+      "places {}, found {} after {:.1f} m (mean), first mark after {:.1f} m; a frame until then "
+      "{:.0f} ms (median); frames "
       "accepted {}, wrong {}\n",
       kPlaces,
       found,
       found > 0 ? travel_m / found : 0,
+      found > 0 ? blind_m / found : 0,
       Median(search_ms),
       accepted,
       wrong);
