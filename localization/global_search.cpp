@@ -348,11 +348,12 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   if (known.trusted && known.expected && !hypotheses_.Contains(known.expected->pose)) {
     hypotheses_.Trust(*known.expected);
   }
-  hypotheses_.MatchAll([&](const Hypothesis& h) {
+  const auto match_at = [&](const Hypothesis& h) {
     std::optional<MapMatch> match = MatchNear(h.pose.pose, spectrum, h.pose);
     if (!match && h.trusted) match = matcher_.CorrectNear(h.pose, spectrum);
     return match;
-  });
+  };
+  hypotheses_.MatchAll(match_at, result.elsewhere, known.usual_inliers);
   // A robot that is followed is probably where it is expected.
   constexpr int kSearchEvery = 5;
   const bool due = !hypotheses_.Follows() || frames_ % kSearchEvery == 0;

@@ -55,6 +55,7 @@ class GlobalSearch {
     std::optional<PoseWithCovariance> expected;
     /// Nothing that was seen since contradicts that pose: one match confirms it.
     bool trusted = false;
+    double usual_inliers = 0;  ///< Hypotheses::MatchAll
   };
   Result Next(const LevelFrame& frame,
               const registration::FrameSpectrum& spectrum,

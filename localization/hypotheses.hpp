@@ -50,6 +50,7 @@ struct Hypothesis {
   int matches = 0;
   int confirmations = 0;    ///< matches that were not disambiguated_by_prior
   int misses = 0;           ///< consecutive frames without a match
+  int contradictions = 0;   ///< of them, those that show clear structure
   double evidence = 0;      ///< relative to the best place, nats, <= 0
   bool recognised = false;  ///< in the latest frame ...
   MapMatch match;           ///< ... as measured by the latest match
@@ -106,7 +107,12 @@ class Hypotheses {
 
   /// Matches the frame at every hypothesis.
   /// @param match_at  Returns the match at a hypothesis, nothing when the place is not recognised.
-  void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at);
+  /// @param clear  The frame shows clear structure: a place that it does not show is a wrong one.
+  /// @param usual_inliers  Inlier ratio of matches while the robot was tracked; 0: not known. A
+  ///   trusted place is confirmed by one match only if it has about as many.
+  void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at,
+                bool clear = false,
+                double usual_inliers = 0);
   /// After MatchAll and Add: compares the places of this frame with each other and drops unlikely
   /// hypotheses.
   void Weigh();

@@ -357,6 +357,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   known.wheels = std::exchange(me.unused_motion, wheels::RelativeMotion{});
   known.expected = me.by_wheels.Pose();
   known.trusted = !me.by_wheels.IsContradicted();
+  known.usual_inliers = me.tracker.UsualInliers();
   if (frame.heading) known.yaw = me.heading.InMap(*frame.heading, frame.stamp_s);
 
   start = Clock::now();

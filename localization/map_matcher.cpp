@@ -31,6 +31,8 @@ constexpr double kTiltNoiseRad = 3e-4;
 constexpr mapping::EdgeNoise kMatchNoise{0.012, 3e-5};
 // A corrected pose (CorrectNear) is reported where its standard deviation is smaller, px.
 constexpr double kMaxCorrectedSigmaPx = 8;
+// ... and this part of the blocks agrees. At wrong places it was up to 0.08.
+constexpr double kMinCorrectedInliers = 0.2;
 
 /// The camera's view when everything that it sees is `scale` times as large as the rig implies, in
 /// pixels.
@@ -248,8 +250,10 @@ std::optional<MapMatch> MapMatcher::CorrectNear(const PoseWithCovariance& expect
   match.inliers = found.inliers;
   match.blocks = found.blocks;
   match.corrected = true;
-  match.sure = PositionSigma(WithTilt(match.pose).covariance) <
-               kMaxCorrectedSigmaPx * view_.MetresPerPixel();
+  // An expectation may be exact without the image, also where the robot is no longer.
+  match.sure = match.inliers >= kMinCorrectedInliers * match.blocks &&
+               PositionSigma(WithTilt(match.pose).covariance) <
+                   kMaxCorrectedSigmaPx * view_.MetresPerPixel();
   return match;
 }
 

@@ -12,6 +12,13 @@ namespace {
 
 // A measured pose further from the predicted one is rejected, in standard deviations, > 0.
 constexpr double kMaxSigmas = 5;
+// Against the wheels a pose must be supported by this part of the blocks that agreed before: they
+// slip less often than a robot that was carried sees a ceiling like the one that it left.
+constexpr double kSlipInliers = 0.85;
+
+double InlierRatio(const MapMatch& match) {
+  return match.blocks > 0 ? static_cast<double>(match.inliers) / match.blocks : 0;
+}
 
 }  // namespace
 
@@ -98,13 +105,18 @@ std::optional<Tracker::Found> Tracker::Track(double stamp_s,
   const bool textured = matcher_.Verdict() != registration::Verdict::kNoTexture;
   if (!by_wheels || (textured && !(best && best->sigmas < kPlausible))) {
     std::optional<Candidate> at_constant_velocity = MatchAt(motion_.Pose(), spectrum);
-    if (at_constant_velocity && (!best || at_constant_velocity->sigmas < best->sigmas)) {
+    const bool as_usual =
+        !by_wheels || (at_constant_velocity && InlierRatio(at_constant_velocity->found.match) >=
+                                                   kSlipInliers * usual_inliers_);
+    if (at_constant_velocity && as_usual &&
+        (!best || at_constant_velocity->sigmas < best->sigmas)) {
       best = std::move(at_constant_velocity);
       best->found.slipped = by_wheels.has_value();
     }
   }
   if (!best) return std::nullopt;
   patch_ = best->found.patch;
+  usual_inliers_ = InlierRatio(best->found.match);
   motion_.Update(best->found.match.pose);
   return best->found;
 }
@@ -121,10 +133,12 @@ std::optional<Tracker::Candidate> Tracker::MatchAt(const PoseWithCovariance& exp
   std::optional<MapMatch> match = matcher_.MatchAt(*patch_, spectrum, expected);
   if (!match && matcher_.HasDepth()) match = MatchFromBeside(spectrum, expected);
   if (!match) return std::nullopt;
-  const double floor = MapMatcher::kMinPriorSigmaPx * matcher_.View().MetresPerPixel();
-  const double floor_rad = MapMatcher::kMinPriorSigmaRad;
+  // Under equal tiles a robot that was carried sees its last place nearby: the tolerance is small.
+  constexpr double kFloorPx = 2;
+  constexpr double kFloorRad = 0.008;
+  const double floor = kFloorPx * matcher_.View().MetresPerPixel();
   expected.covariance.diagonal() +=
-      Eigen::Vector3d(floor * floor, floor * floor, floor_rad * floor_rad);
+      Eigen::Vector3d(floor * floor, floor * floor, kFloorRad * kFloorRad);
   const double sigmas = std::sqrt(SquaredDistance(match->pose, expected));
   if (!(sigmas <= kMaxSigmas)) return std::nullopt;
   return Candidate{{*match, patch_, InnovationSigma(*match, expected_pose)}, sigmas};

@@ -48,6 +48,9 @@ class Tracker {
   /// Started: the robot is tracked.
   [[nodiscard]] const MotionModel& Motion() const { return motion_; }
 
+  /// Part of the blocks that agreed in the last match; 0: there was none.
+  [[nodiscard]] double UsualInliers() const { return usual_inliers_; }
+
  private:
   struct Candidate {
     Found found;
@@ -66,6 +69,7 @@ class Tracker {
   double min_overlap_;
   MotionModel motion_;
   std::shared_ptr<const Patch> patch_;  // the robot is tracked on it
+  double usual_inliers_ = 0;            // part of the blocks of the last match
 };
 
 }  // namespace ceilmap::localization
