@@ -196,7 +196,9 @@ void Hypotheses::MatchAll(const std::function<std::optional<MapMatch>(const Hypo
     h.contradictions = 0;
     Take(match->pose, h);
     ++h.matches;
-    const bool counts = !match->disambiguated_by_prior && (anew || match->distinct);
+    // The next frame shows hardly anything else than this one, so a chance match matches again.
+    const bool tells = match->distinct && h.agreement >= kUsualRatio * usual_inliers;
+    const bool counts = !match->disambiguated_by_prior && (anew || tells);
     h.confirmations += counts ? 1 : 0;
   }
   // Two hypotheses may converge to the same place: the one with more confirmations stays.
