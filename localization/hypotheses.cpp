@@ -16,6 +16,7 @@ constexpr int kMaxHypotheses = 8;  // maximum number; those with least evidence 
 // matches had up to 0.83.
 constexpr double kSomeAgreement = 0.2;
 constexpr double kUsualRatio = 0.85;
+constexpr double kStrongTexture = 0.9;
 constexpr int kMaxMisses = 3;  // consecutive frames without recognition of a place, >= 1
 // Evidence against a place that is not recognised in a frame in which others are, nats.
 constexpr double kMissEvidence = 2;
@@ -190,7 +191,10 @@ void Hypotheses::MatchAll(const std::function<std::optional<MapMatch>(const Hypo
       Miss(clear, h);
       continue;
     }
-    h.trusted = h.trusted && (match->corrected || h.agreement >= kUsualRatio * usual_inliers);
+    // Where hardly any block disagreed before, a mere correction is no confirmation either.
+    const bool weak_texture = usual_inliers < kStrongTexture;
+    h.trusted = h.trusted &&
+                ((match->corrected && weak_texture) || h.agreement >= kUsualRatio * usual_inliers);
     h.match = *match;
     h.misses = 0;
     h.contradictions = 0;
