@@ -135,6 +135,59 @@ TEST_F(HypothesesTest, ManySmallStepsAddUp) {
   EXPECT_LT(frames, 12);
 }
 
+/// A match of which this part of the blocks agrees.
+MapMatch WithInliers(MapMatch match, int inliers) {
+  match.inliers = inliers;
+  match.blocks = 48;
+  return match;
+}
+
+// The robot was carried. Two frames show clear structure, the third fits by chance.
+TEST_F(HypothesesTest, ATrustedPlaceThatIsContradictedNeedsMoreThanOneMatch) {
+  for (const bool clear : {false, true}) {
+    hypotheses_.Clear();
+    hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
+    const auto nothing = [](const Hypothesis&) { return std::optional<MapMatch>(); };
+    for (int i = 0; i < 2; ++i) hypotheses_.MatchAll(nothing, clear);
+    hypotheses_.MatchAll(
+        [](const Hypothesis&) { return WithInliers(MatchAt({0, 5, 0}, 0.2, true), 48); }, clear, 1);
+    hypotheses_.Weigh();
+    EXPECT_EQ(AcceptedY().has_value(), !clear);
+  }
+}
+
+TEST_F(HypothesesTest, ATrustedPlaceIsConfirmedByAsManyBlocksAsBefore) {
+  for (const int inliers : {30, 46}) {
+    hypotheses_.Clear();
+    hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
+    hypotheses_.MatchAll(
+        [&](const Hypothesis&) { return WithInliers(MatchAt({0, 5, 0}, 0.2, true), inliers); },
+        true,
+        1);
+    hypotheses_.Weigh();
+    EXPECT_EQ(AcceptedY().has_value(), inliers == 46);
+  }
+}
+
+// Where no block agrees, a correction is its expectation.
+TEST_F(HypothesesTest, ACorrectionWithoutSupportIsAMiss) {
+  hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
+  for (int i = 0; i < 3; ++i) {
+    hypotheses_.MatchAll(
+        [](const Hypothesis& h) {
+          MapMatch match = WithInliers(MatchAt(h.pose.pose, 0.2), 1);
+          match.corrected = true;
+          match.sure = false;
+          return match;
+        },
+        true,
+        1);
+    hypotheses_.Weigh();
+    EXPECT_FALSE(AcceptedY());
+  }
+  EXPECT_TRUE(hypotheses_.All().empty());
+}
+
 TEST_F(HypothesesTest, ATrustedPlaceIsAcceptedAtTheFirstMatch) {
   hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
   Frame({{5, 0.2}}, true);
