@@ -150,7 +150,11 @@ TEST_F(HypothesesTest, ATrustedPlaceThatIsContradictedNeedsMoreThanOneMatch) {
     const auto nothing = [](const Hypothesis&) { return std::optional<MapMatch>(); };
     for (int i = 0; i < 2; ++i) hypotheses_.MatchAll(nothing, clear);
     hypotheses_.MatchAll(
-        [](const Hypothesis&) { return WithInliers(MatchAt({0, 5, 0}, 0.2, true), 48); }, clear, 1);
+        [](const Hypothesis&) {
+          return WithInliers(MatchAt({0, 5, 0}, 0.2, true), 48);
+        },
+        clear,
+        1);
     hypotheses_.Weigh();
     EXPECT_EQ(AcceptedY().has_value(), !clear);
   }
@@ -161,7 +165,9 @@ TEST_F(HypothesesTest, ATrustedPlaceIsConfirmedByAsManyBlocksAsBefore) {
     hypotheses_.Clear();
     hypotheses_.Trust({{0, 5, 0}, 1e-4 * Eigen::Matrix3d::Identity()});
     hypotheses_.MatchAll(
-        [&](const Hypothesis&) { return WithInliers(MatchAt({0, 5, 0}, 0.2, true), inliers); },
+        [&](const Hypothesis&) {
+          return WithInliers(MatchAt({0, 5, 0}, 0.2, true), inliers);
+        },
         true,
         1);
     hypotheses_.Weigh();
