@@ -45,8 +45,7 @@ std::vector<Tie> Ties(const MapGraph& graph) {
 }
 
 Legs LegsOf(const MapGraph& graph) {
-  std::unordered_set<std::int64_t>
-      joined;  // keyframes that odometry or wheels joined to the one before
+  std::unordered_set<std::int64_t> joined;  // keyframes that have a tie to the one before
   for (const Edge& edge : graph.edges) {
     if (edge.kind != Edge::Kind::kLoopClosure && edge.to == edge.from + 1) joined.insert(edge.to);
   }
