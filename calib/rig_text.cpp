@@ -10,6 +10,7 @@
 #include "calib/base/yaml_text.hpp"
 #include "calib/base/yaml_value.hpp"
 #include "calib/camera_info.hpp"
+#include "calib/wheel_section.hpp"
 
 namespace fs = std::filesystem;
 

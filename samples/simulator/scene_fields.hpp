@@ -18,7 +18,7 @@ template <typename Kind>
 constexpr unsigned Only(Kind kind) {
   return 1U << static_cast<unsigned>(kind);
 }
-constexpr unsigned kEveryKind = ~0U;
+inline constexpr unsigned kEveryKind = ~0U;
 
 template <typename Group>
 struct Field {
@@ -29,9 +29,9 @@ struct Field {
   unsigned kinds = kEveryKind;  ///< kinds of the group that use the field
 };
 
-constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+inline constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-constexpr std::array kRoomFields{
+inline constexpr std::array kRoomFields{
     Field<Room>{"length_m", &Room::length_m, 0.5, 2000},
     Field<Room>{"width_m", &Room::width_m, 0.5, 2000},
     Field<Room>{"height_m", &Room::height_m, 0.5, 100},
@@ -42,11 +42,11 @@ constexpr std::array kRoomFields{
     Field<Room>{"floor_contrast", &Room::floor_contrast, 0, 0.3},
 };
 
-constexpr unsigned kTiled = Only(CeilingKind::kTiles) | Only(CeilingKind::kPeriodic);
-constexpr unsigned kTilesOnly = Only(CeilingKind::kTiles);
-constexpr unsigned kUneven = kTilesOnly | Only(CeilingKind::kPlaster);
+inline constexpr unsigned kTiled = Only(CeilingKind::kTiles) | Only(CeilingKind::kPeriodic);
+inline constexpr unsigned kTilesOnly = Only(CeilingKind::kTiles);
+inline constexpr unsigned kUneven = kTilesOnly | Only(CeilingKind::kPlaster);
 
-constexpr std::array kCeilingFields{
+inline constexpr std::array kCeilingFields{
     Field<Ceiling>{"brightness", &Ceiling::brightness, 0, 7},
     Field<Ceiling>{"tile_length_m", &Ceiling::tile_length_m, 0.05, 20, kTiled},
     Field<Ceiling>{"tile_width_m", &Ceiling::tile_width_m, 0.05, 20, kTiled},
@@ -71,7 +71,7 @@ constexpr std::array kCeilingFields{
     Field<Ceiling>{"marks", &Ceiling::marks, 0, 100000},
 };
 
-constexpr std::array kFixtureFields{
+inline constexpr std::array kFixtureFields{
     Field<Fixtures>{"contrast", &Fixtures::contrast, 0, 0.3},
     Field<Fixtures>{"beam_every_m", &Fixtures::beam_every_m, 0, 1000},
     Field<Fixtures>{"beam_width_m", &Fixtures::beam_width_m, 0.01, 10},
@@ -86,7 +86,7 @@ constexpr std::array kFixtureFields{
     Field<Fixtures>{"sprinklers_per_100m2", &Fixtures::sprinklers_per_100m2, 0, 200},
 };
 
-constexpr std::array kCameraFields{
+inline constexpr std::array kCameraFields{
     Field<Camera>{"width_px", &Camera::width_px, 16, 8192},
     Field<Camera>{"height_px", &Camera::height_px, 16, 8192},
     Field<Camera>{"focal_px", &Camera::focal_px, 8, 100000},
@@ -100,16 +100,16 @@ constexpr std::array kCameraFields{
 };
 
 /// Of the upward camera, in addition to those of all cameras.
-constexpr std::array kUpFields{
+inline constexpr std::array kUpFields{
     Field<Camera>{"readout_time_s", &Camera::readout_time_s, -0.2, 0.2},
 };
 
 /// The same of the forward camera.
-constexpr std::array kForwardFields{
+inline constexpr std::array kForwardFields{
     Field<Camera>{"saturation", &Camera::saturation, 0, 1},
 };
 
-constexpr std::array kOmniFields{
+inline constexpr std::array kOmniFields{
     Field<OmniCamera>{"width_px", &OmniCamera::width_px, 16, 8192},
     Field<OmniCamera>{"height_px", &OmniCamera::height_px, 16, 8192},
     Field<OmniCamera>{"focal_px", &OmniCamera::focal_px, 8, 100000},
@@ -126,7 +126,7 @@ constexpr std::array kOmniFields{
     Field<OmniCamera>{"exposure_gain", &OmniCamera::exposure_gain, 0.001, 1000},
 };
 
-constexpr std::array kMoverFields{
+inline constexpr std::array kMoverFields{
     Field<Mover>{"x_m", &Mover::x_m, -1e4, 1e4},
     Field<Mover>{"y_m", &Mover::y_m, -1e4, 1e4},
     Field<Mover>{"length_m", &Mover::length_m, 1e-3, 1e4},
@@ -143,14 +143,15 @@ constexpr std::array kMoverFields{
     Field<Mover>{"to_s", &Mover::to_s, -1e10, 1e10},
 };
 
-constexpr unsigned kCrane = Only(StructureKind::kCrane);
-constexpr unsigned kFan = Only(StructureKind::kFan);
-constexpr unsigned kLongLamps = Only(StructureKind::kTube) | Only(StructureKind::kSkylight);
-constexpr unsigned kRoundStructures = Only(StructureKind::kRoundDuct) | Only(StructureKind::kPipe);
-constexpr unsigned kDetailed = kRoundStructures | Only(StructureKind::kDuct);
-constexpr unsigned kHanging = kDetailed | Only(StructureKind::kTray);
+inline constexpr unsigned kCrane = Only(StructureKind::kCrane);
+inline constexpr unsigned kFan = Only(StructureKind::kFan);
+inline constexpr unsigned kLongLamps = Only(StructureKind::kTube) | Only(StructureKind::kSkylight);
+inline constexpr unsigned kRoundStructures =
+    Only(StructureKind::kRoundDuct) | Only(StructureKind::kPipe);
+inline constexpr unsigned kDetailed = kRoundStructures | Only(StructureKind::kDuct);
+inline constexpr unsigned kHanging = kDetailed | Only(StructureKind::kTray);
 
-constexpr std::array kStructureFields{
+inline constexpr std::array kStructureFields{
     Field<Structure>{"height_m", &Structure::height_m, 0, 100},
     Field<Structure>{"width_m", &Structure::width_m, 0.01, 50},
     Field<Structure>{"depth_m", &Structure::depth_m, 0.01, 20, ~kRoundStructures},
@@ -172,7 +173,7 @@ constexpr std::array kStructureFields{
     Field<Structure>{"travel_m", &Structure::travel_m, 0, 2000, kCrane},
 };
 
-constexpr std::array kImageFields{
+inline constexpr std::array kImageFields{
     Field<Image>{"motion_blur", &Image::motion_blur},
     Field<Image>{"blur_px", &Image::blur_px, 0, 20},
     Field<Image>{"glare", &Image::glare, 0, 1},
@@ -189,10 +190,10 @@ constexpr std::array kImageFields{
     Field<Image>{"gain_spread", &Image::gain_spread, 0, 0.3},
 };
 
-constexpr unsigned kPlanned = ~Only(PathKind::kTum);
-constexpr unsigned kLawnmowerOnly = Only(PathKind::kLawnmower);
+inline constexpr unsigned kPlanned = ~Only(PathKind::kTum);
+inline constexpr unsigned kLawnmowerOnly = Only(PathKind::kLawnmower);
 
-constexpr std::array kPathFields{
+inline constexpr std::array kPathFields{
     Field<Path>{"frame_rate_hz", &Path::frame_rate_hz, 0.01, 10000},
     Field<Path>{"start_stamp_s", &Path::start_stamp_s, -1e10, 1e10, kPlanned},
     Field<Path>{"max_frames", &Path::max_frames, 0, 10000000},
@@ -206,43 +207,43 @@ constexpr std::array kPathFields{
     Field<Path>{"turn_acceleration_deg_s2", &Path::turn_acceleration_deg_s2, 0.1, 36000, kPlanned},
 };
 
-constexpr std::array kBumpFields{
+inline constexpr std::array kBumpFields{
     Field<Bump>{"start_m", &Bump::start_m, 0, 1e6},
     Field<Bump>{"length_m", &Bump::length_m, 0.01, 1000},
     Field<Bump>{"pitch_deg", &Bump::pitch_deg, -30, 30},
     Field<Bump>{"roll_deg", &Bump::roll_deg, -30, 30},
 };
 
-constexpr std::array kCarriedFields{
+inline constexpr std::array kCarriedFields{
     Field<Carried>{"at_s", &Carried::at_s, -1e10, 1e10},
     Field<Carried>{"x_m", &Carried::x_m, 0, 2000},
     Field<Carried>{"y_m", &Carried::y_m, 0, 2000},
     Field<Carried>{"yaw_deg", &Carried::yaw_deg, -360, 360},
 };
 
-constexpr std::array kPlainFields{
+inline constexpr std::array kPlainFields{
     Field<PlainPart>{"x_m", &PlainPart::x_m, -1e4, 1e4},
     Field<PlainPart>{"y_m", &PlainPart::y_m, -1e4, 1e4},
     Field<PlainPart>{"length_m", &PlainPart::length_m, 1e-3, 1e4},
     Field<PlainPart>{"width_m", &PlainPart::width_m, 1e-3, 1e4},
 };
 
-constexpr std::array kTimeSpanFields{
+inline constexpr std::array kTimeSpanFields{
     Field<TimeSpan>{"from_s", &TimeSpan::from_s, -1e10, 1e10},
     Field<TimeSpan>{"to_s", &TimeSpan::to_s, -1e10, 1e10},
 };
 
-constexpr std::array kSlipFields{
+inline constexpr std::array kSlipFields{
     Field<Slip>{"at_s", &Slip::at_s, -1e10, 1e10},
     Field<Slip>{"duration_s", &Slip::duration_s, 0.001, 1e6},
     Field<Slip>{"extra_m", &Slip::extra_m, -1000, 1000},
 };
 
 /// An error of -2 reverses the sign, one of 999 gives millimetres.
-constexpr double kLeastError = -10;
-constexpr double kMostError = 10000;
+inline constexpr double kLeastError = -10;
+inline constexpr double kMostError = 10000;
 
-constexpr std::array kWheelsFields{
+inline constexpr std::array kWheelsFields{
     Field<Wheels>{"rate_hz", &Wheels::rate_hz, 0.1, 1000},
     Field<Wheels>{"track_width_m", &Wheels::track_width_m, 0.01, 10},
     Field<Wheels>{"scale_error_ratio", &Wheels::scale_error_ratio, kLeastError, kMostError},
@@ -255,7 +256,7 @@ constexpr std::array kWheelsFields{
     Field<Wheels>{"clock_offset_s", &Wheels::clock_offset_s, -1e10, 1e10},
 };
 
-constexpr std::array kGyroFields{
+inline constexpr std::array kGyroFields{
     Field<Gyro>{"rate_hz", &Gyro::rate_hz, 0.1, 1000},
     Field<Gyro>{"noise_deg_s", &Gyro::noise_deg_s, 0, 1000},
     Field<Gyro>{"bias_deg_s", &Gyro::bias_deg_s, -1000, 1000},
@@ -265,26 +266,27 @@ constexpr std::array kGyroFields{
 };
 
 /// Names of the kinds in files, in the order of the enumerators.
-constexpr std::array<std::string_view, 4> kCeilingKinds{"tiles", "periodic", "plaster", "uniform"};
-constexpr std::array<std::string_view, 5> kPathKinds{
+inline constexpr std::array<std::string_view, 4> kCeilingKinds{
+    "tiles", "periodic", "plaster", "uniform"};
+inline constexpr std::array<std::string_view, 5> kPathKinds{
     "lawnmower", "loops", "waypoints", "random_walk", "tum"};
-constexpr std::array<std::string_view, 10> kStructureKinds{
+inline constexpr std::array<std::string_view, 10> kStructureKinds{
     "truss", "duct", "round_duct", "tray", "pipe", "pendant", "tube", "skylight", "fan", "crane"};
-constexpr std::array<std::string_view, 2> kAxes{"x", "y"};
-constexpr std::array<std::string_view, 2> kWheelsKinds{"pose", "speeds"};
+inline constexpr std::array<std::string_view, 2> kAxes{"x", "y"};
+inline constexpr std::array<std::string_view, 2> kWheelsKinds{"pose", "speeds"};
 
 /// Columns of the lists, for messages.
-constexpr std::string_view kMarkColumns = "x_m, y_m, radius_m, brightness";
-constexpr std::string_view kBoxColumns =
+inline constexpr std::string_view kMarkColumns = "x_m, y_m, radius_m, brightness";
+inline constexpr std::string_view kBoxColumns =
     "x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, brightness";
-constexpr std::string_view kStepColumns = "frame, gain";
-constexpr std::string_view kPointColumns = "x, y";
-constexpr std::string_view kBumpColumns = "start_m, length_m, pitch_deg, roll_deg";
-constexpr std::string_view kCarriedColumns = "at_s, x_m, y_m, yaw_deg";
-constexpr std::string_view kPlainColumns = "x_m, y_m, length_m, width_m";
-constexpr std::string_view kTimeSpanColumns = "from_s, to_s";
-constexpr std::string_view kSlipColumns = "at_s, duration_s, extra_m";
-constexpr std::string_view kMoverColumns =
+inline constexpr std::string_view kStepColumns = "frame, gain";
+inline constexpr std::string_view kPointColumns = "x, y";
+inline constexpr std::string_view kBumpColumns = "start_m, length_m, pitch_deg, roll_deg";
+inline constexpr std::string_view kCarriedColumns = "at_s, x_m, y_m, yaw_deg";
+inline constexpr std::string_view kPlainColumns = "x_m, y_m, length_m, width_m";
+inline constexpr std::string_view kTimeSpanColumns = "from_s, to_s";
+inline constexpr std::string_view kSlipColumns = "at_s, duration_s, extra_m";
+inline constexpr std::string_view kMoverColumns =
     "x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, red, green, blue, velocity_x_m_s, "
     "velocity_y_m_s, from_s, to_s";
 
