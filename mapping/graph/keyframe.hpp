@@ -69,7 +69,7 @@ struct Keyframe {
 /// Loads the image of a keyframe (CV_8UC1, rectified) from its storage.
 using ImageLoader = std::function<cv::Mat(std::int64_t keyframe_id)>;
 
-/// A measured motion between two keyframes: an edge of the pose graph.
+/// A motion between two keyframes, measured or known by the wheels: an edge of the pose graph.
 struct Edge {
   enum class Kind {
     kOdometry,     ///< measured by the images of neighbours in time
