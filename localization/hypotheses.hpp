@@ -108,7 +108,8 @@ class Hypotheses {
   /// Matches the frame at every hypothesis.
   /// @param match_at  Returns the match at a hypothesis, nothing when the place is not recognised.
   /// @param clear  The frame shows clear structure: a place that it does not show is a wrong one.
-  /// @param usual_inliers  Inlier ratio, 0..1, of the last match while the robot was tracked; 0: not
+  /// @param usual_inliers  Inlier ratio, 0..1, of the last match while the robot was tracked; 0:
+  /// not
   ///   known. A trusted place is confirmed by one match only if it has about as many.
   void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at,
                 bool clear = false,
