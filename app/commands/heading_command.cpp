@@ -8,19 +8,23 @@
 #include "app/commands/commands.hpp"
 #include "app/commands/compass_options.hpp"
 #include "app/commands/settings_options.hpp"
+#include "app/commands/wheel_options.hpp"
 #include "app/figures/figure.hpp"
 #include "app/figures/heading_figures.hpp"
 #include "app/files/heading_csv.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/tum.hpp"
 #include "app/recordings/panorama_source.hpp"
+#include "app/recordings/wheel_inputs.hpp"
 #include "app/reports/heading_report.hpp"
+#include "app/reports/wheel_report.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
 #include "localization/compass/travel_forecast.hpp"
+#include "localization/compass/wheel_turns.hpp"
 
 namespace fs = std::filesystem;
 
@@ -34,6 +38,7 @@ constexpr double kMaxDtS = 0.02;  // between a heading and its true pose
 struct HeadingOptions {
   recordings::PanoramaOptions panorama;
   fs::path travel;
+  WheelOptions wheels;
   CompassOptions compass;
   fs::path output;
   fs::path truth;
@@ -55,14 +60,27 @@ void HeadingOptions::Check(files::Existing existing) const {
     throw InputError(fmt::format(
         "--plot-frame {}: must be at least 1; frame 0 has no earlier reference", *plot_frame));
   }
-  std::error_code ignored;
-  for (const fs::path& source :
-       {panorama.rig, panorama.stamps, travel, truth, fs::path(panorama.Source())}) {
-    if (source.empty() || !fs::equivalent(output, source, ignored)) continue;
-    throw InputError(
-        fmt::format("{}: is read by this run and cannot be its result too", output.string()));
+  if (wheels.Given() && compass.method != "fft") {
+    throw InputError(fmt::format("{}: --method {} uses panoramas alone; leave one of the two out",
+                                 wheels.odometry.empty() ? "--gyro" : "--odometry",
+                                 compass.method));
   }
-  files::CheckOutputFiles({output}, existing);
+  wheels.CheckRigOut(!panorama.rig.empty());
+  std::error_code ignored;
+  for (const fs::path& target : {output, wheels.rig_out}) {
+    for (const fs::path& source : {panorama.rig,
+                                   panorama.stamps,
+                                   travel,
+                                   wheels.odometry,
+                                   wheels.gyro,
+                                   truth,
+                                   fs::path(panorama.Source())}) {
+      if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
+      throw InputError(
+          fmt::format("{}: is read by this run and cannot be its result too", target.string()));
+    }
+  }
+  files::CheckOutputFiles({output, wheels.rig_out}, existing);
 }
 
 // The published methods have a column per degree by default.
@@ -115,6 +133,28 @@ class KnownTravel {
   std::int64_t reported_ = 0;
 };
 
+// Wheels and gyro of the robot, beside its panoramas.
+struct KnownTurns {
+  explicit KnownTurns(const HeadingOptions& params, const recordings::PanoramaSource& source)
+      : inputs(params.wheels.odometry,
+               params.wheels.gyro,
+               source.Rig() ? source.Rig()->axle_behind_mast_m : 0),
+        wheels(source.Rig() ? source.Rig()->wheels.value_or(wheels::WheelModel{})
+                            : wheels::WheelModel{},
+               source.Position()) {}
+
+  void Complete(compass::PanoramaFrame& frame) {
+    inputs.ReadTo(frame.stamp_s, [this](const auto& sample) { wheels.Add(sample); });
+    if (HasSamples()) wheels.Complete(frame);
+  }
+  [[nodiscard]] bool HasSamples() const {
+    return !inputs.OdometryFile().empty() || !inputs.GyroFile().empty();
+  }
+
+  recordings::WheelInputs inputs;
+  compass::WheelTurns wheels;
+};
+
 // Distances of the frame to be plotted: the requested one, else the last one.
 struct PlottedProfile {
   std::int64_t frame = 0;
@@ -124,6 +164,7 @@ struct PlottedProfile {
 void MeasureFrames(recordings::PanoramaSource& source,
                    compass::Compass& compass,
                    KnownTravel& travel,
+                   KnownTurns& turns,
                    const std::optional<std::int64_t>& plot_frame,
                    reports::HeadingResult& result,
                    PlottedProfile& plotted) {
@@ -135,12 +176,14 @@ void MeasureFrames(recordings::PanoramaSource& source,
     panorama.panorama = source.Panorama();
     panorama.stamp_s = frame.stamp_s;
     panorama.travel = travel.To(frame.stamp_s);
+    turns.Complete(panorama);
     const auto estimate = compass.Next(panorama);
+    turns.wheels.Learn(frame.stamp_s, estimate);
     result.compass_ms += terminal::MillisecondsSince(start);
     progress.Update(++result.frames);
     if (!estimate) continue;
     result.headings.push_back({frame.index, frame.stamp_s, *estimate});
-    if (!(estimate->confidence > 0)) ++result.held;
+    if (!(estimate->confidence > 0)) ++(estimate->seen ? result.contradicted : result.held);
     if (plot_frame == frame.index) plotted = {frame.index, compass.Profile()};
     terminal::Detail("frame {} at {:.6f} s: {:.3f} rad, confidence {:.3f}",
                      frame.index,
@@ -183,8 +226,14 @@ void DrawFigures(figures::FigureFolder& folder,
   }
 }
 
-void Report(const recordings::PanoramaSource& source, const reports::HeadingResult& result) {
+void Report(const recordings::PanoramaSource& source,
+            const recordings::WheelInputs& wheels,
+            const reports::HeadingResult& result) {
   for (const std::string& warning : source.Source().Warnings()) terminal::PrintWarning(warning);
+  for (const std::string& warning :
+       reports::WheelWarnings(wheels, result.wheels, reports::kPanoramas)) {
+    terminal::PrintWarning(warning);
+  }
   if (terminal::Interrupted())
     terminal::PrintNote(fmt::format("interrupted: {} frames were used", result.frames));
   if (source.Scaling()) terminal::PrintNote(source.Scaling()->Text());
@@ -194,6 +243,11 @@ void Report(const recordings::PanoramaSource& source, const reports::HeadingResu
   if (result.held > 0) {
     terminal::Warn("{} of {} headings were held: the panoramas did not determine them",
                    result.held,
+                   result.headings.size());
+  }
+  if (result.contradicted > 0) {
+    terminal::Warn("{} of {} panoramas contradict the known turn and were not used",
+                   result.contradicted,
                    result.headings.size());
   }
 }
@@ -219,7 +273,8 @@ void RunHeading(const HeadingOptions& params,
   reports::HeadingResult result;
   PlottedProfile plotted;
   KnownTravel travel(std::move(poses), source.Position());
-  MeasureFrames(source, *compass, travel, params.plot_frame, result, plotted);
+  KnownTurns turns(params, source);
+  MeasureFrames(source, *compass, travel, turns, params.plot_frame, result, plotted);
   constexpr std::int64_t kMinFrames = 3;  // for the travel to the last one
   if (!params.travel.empty() && travel.Reported() == 0 && result.frames >= kMinFrames) {
     throw InputError(fmt::format("{}: no poses at the times of {}; do the two use the same clock?",
@@ -232,13 +287,15 @@ void RunHeading(const HeadingOptions& params,
   result.panorama = source.Size();
   result.reading = source.Source().Report();
   result.unwrap_ms = source.UnwrapMs();
+  result.wheels = turns.wheels.Report();
   result.errors = ErrorsAgainst(truth, params, result);
 
   files::WriteFileAtomically(
       params.output,
       files::FormatHeadings(result.headings, result.errors ? &*result.errors : nullptr));
   summary.files.push_back(params.output);
-  Report(source, result);
+  if (source.Rig()) params.wheels.WriteRig(*source.Rig(), result.wheels, summary);
+  Report(source, turns.inputs, result);
   if (figures) {
     DrawFigures(*figures, params, result, plotted);
     summary.files.insert(summary.files.end(), figures->Files().begin(), figures->Files().end());
@@ -256,6 +313,8 @@ Command AddHeadingCommand(CLI::App& program) {
       "heading",
       "Measures the heading of a robot with a camera under a convex mirror (visual compass).",
       "ceilmap heading --rig rig.yaml --omni omni.mp4 --stamps frames.csv -o heading.csv\n"
+      "  ceilmap heading --rig rig.yaml --omni omni.mp4 --stamps frames.csv --gyro gyro.csv -o "
+      "heading.csv\n"
       "  ceilmap heading --ring 320,240,60,230 --omni omni.avi -o heading.csv --plot figures\n"
       "  ceilmap heading --panorama panoramas --azimuth rising -o heading.csv\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
@@ -274,6 +333,10 @@ Command AddHeadingCommand(CLI::App& program) {
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);
   };
+  params->wheels.AddTo(cli,
+                       "Compass",
+                       result,
+                       "Turn rates of a gyro, with or without --odometry: timestamp,omega_z");
   add("-o,--output",
       params->output,
       "Counter-clockwise from the first frame: timestamp,heading_deg,sigma_deg,confidence",

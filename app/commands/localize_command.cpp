@@ -62,7 +62,7 @@ struct LocalizeOptions {
 
 void LocalizeOptions::Check(files::Existing existing) const {
   sensors.Check(true);
-  if (predicted && sensors.odometry.empty()) {
+  if (predicted && sensors.wheels.odometry.empty()) {
     throw InputError("--predicted: poses are predicted by wheels; give --odometry");
   }
   if (!sensors.heading_model.empty() && heading_zero != "first") {
@@ -75,21 +75,22 @@ void LocalizeOptions::Check(files::Existing existing) const {
         "--heading-zero: headings of --omni are relative to the first frame; leave it out");
   }
   std::error_code ignored;
-  for (const fs::path& target : {output, sensors.uncompensated, status, sensors.rig_out}) {
+  for (const fs::path& target : {output, sensors.uncompensated, status, sensors.wheels.rig_out}) {
     for (const fs::path& source : {map,
                                    rig,
                                    stamps,
                                    sensors.heading,
                                    sensors.heading_model,
-                                   sensors.odometry,
-                                   sensors.gyro,
+                                   sensors.wheels.odometry,
+                                   sensors.wheels.gyro,
                                    fs::path(up)}) {
       if (target.empty() || source.empty() || !fs::equivalent(target, source, ignored)) continue;
       throw InputError(
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
-  files::CheckOutputFiles({output, sensors.uncompensated, status, sensors.rig_out}, existing);
+  files::CheckOutputFiles({output, sensors.uncompensated, status, sensors.wheels.rig_out},
+                          existing);
   watch.Check(existing);
 }
 
@@ -310,7 +311,7 @@ void RunLocalize(const LocalizeOptions& params,
     ReportNothingFound(params, result);
   }
   results.Commit(params, summary);
-  params.sensors.WriteRig(*rig, result.sensors.report.wheels, summary);
+  params.sensors.wheels.WriteRig(*rig, result.sensors.report.wheels, summary);
   if (terminal::Interrupted()) {
     terminal::PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
   }

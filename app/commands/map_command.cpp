@@ -71,7 +71,7 @@ void MapOptions::Resolve(files::Existing existing) {
   // The distortion of an uncalibrated lens looks like tilt.
   if (rig.IsNominal() && sensors.tilt.empty()) sensors.tilt = "none";
   sensors.Check(rig.IsGiven());
-  if (predicted && sensors.odometry.empty()) {
+  if (predicted && sensors.wheels.odometry.empty()) {
     throw InputError("--predicted: poses are predicted by wheels; give --odometry");
   }
   if (output.extension() != ".gpkg") {
@@ -85,9 +85,10 @@ void MapOptions::Resolve(files::Existing existing) {
         fmt::format("--resolution {}: must be > 0, metres per pixel of the map", *resolution));
   }
   if (!origin.empty()) T_map_first = files::ParsePose2(origin, "--origin");
-  files::CheckOutputFiles({output, trajectory, sensors.uncompensated, picture, sensors.rig_out},
-                          existing,
-                          append ? output : fs::path());
+  files::CheckOutputFiles(
+      {output, trajectory, sensors.uncompensated, picture, sensors.wheels.rig_out},
+      existing,
+      append ? output : fs::path());
   watch.Check(existing);
 }
 
@@ -283,7 +284,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   if (terminal::Interrupted()) ReportInterrupted(mapper);
   result.map = DrawMap(params, mapper);
   CommitFiles(FramesToWrite(result.map, params.predicted), mapper, params, summary);
-  if (rig) params.sensors.WriteRig(*rig, result.sensors.report.wheels, summary);
+  if (rig) params.sensors.wheels.WriteRig(*rig, result.sensors.report.wheels, summary);
   ReportAssumptions(params.rig, source.Stamps());
   reports::ReportScalings(scaling, sensors);
 

@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/files/output_files.hpp"
-#include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
-#include "calib/rig_text.hpp"
 
 namespace ceilmap::commands {
 namespace {
@@ -72,27 +69,7 @@ void SensorOptions::AddTo(CLI::App& cli,
       ->group(inputs);
   add("--heading", heading, "Measured headings: timestamp,heading_deg,sigma_deg", "H.csv")
       ->group(priors);
-  add("--odometry",
-      odometry,
-      "Wheel odometry: TUM, or CSV timestamp,x,y,yaw_deg or timestamp,v,omega",
-      "WHEELS")
-      ->group(inputs);
-  add("--gyro", gyro, "Turn rates of a gyro, beside --odometry: timestamp,omega_z", "GYRO.csv")
-      ->group(inputs);
-  add("--rig-out", rig_out, "The rig with the constants found of wheels and gyro", "RIG.yaml")
-      ->group(results);
-}
-
-void SensorOptions::WriteRig(const calib::Rig& rig,
-                             const robot::WheelsReport& wheels,
-                             terminal::Summary& summary) const {
-  if (rig_out.empty()) return;
-  calib::RigValues values;
-  values.wheels = wheels.model;
-  AtomicFile file(rig_out);
-  files::WriteText(file, calib::ChangeRig(rig.source_yaml, rig.file, values, rig_out));
-  file.Commit();
-  summary.files.push_back(rig_out);
+  wheels.AddTo(cli, inputs, results, "Turn rates of a gyro, beside --odometry: timestamp,omega_z");
 }
 
 void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
@@ -105,15 +82,13 @@ void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
 }
 
 void SensorOptions::Check(bool have_rig) const {
-  if (!gyro.empty() && odometry.empty()) {
+  if (!wheels.gyro.empty() && wheels.odometry.empty()) {
     throw InputError("--gyro: gives the turn beside the travel of the wheels; give --odometry");
   }
-  if (!odometry.empty() && !have_rig) {
+  if (!wheels.odometry.empty() && !have_rig) {
     throw InputError("--odometry: is in metres; give --rig, so that the map is in metres too");
   }
-  if (!rig_out.empty() && odometry.empty()) {
-    throw InputError("--rig-out: states what is found of the wheels; give --odometry");
-  }
+  wheels.CheckRigOut(have_rig);
   CheckHeading(*this, have_rig);
   CheckTilt(*this, have_rig);
 }
@@ -128,8 +103,8 @@ recordings::SensorFiles SensorOptions::Files(bool have_rig,
   files.omni_stamps = omni_stamps;
   files.headings = heading;
   files.heading_model = heading_model;
-  files.odometry = odometry;
-  files.gyro = gyro;
+  files.odometry = wheels.odometry;
+  files.gyro = wheels.gyro;
   files.headings_frame = headings_frame;
   files.stamps = stamps;
   if (have_rig && tilt != "none") {

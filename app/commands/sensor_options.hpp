@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "app/commands/wheel_options.hpp"
 #include "app/recordings/sensor_inputs.hpp"
-#include "app/terminal/summary.hpp"
 
 namespace ceilmap::commands {
 
@@ -19,9 +19,7 @@ struct SensorOptions {
   std::filesystem::path omni_stamps;
   std::filesystem::path heading;
   std::filesystem::path heading_model;
-  std::filesystem::path odometry;
-  std::filesystem::path gyro;
-  std::filesystem::path rig_out;  ///< the rig with what the run found of the wheels
+  WheelOptions wheels;
 
   /// Adds all but --heading-model. @param inputs, priors, results  groups of the help text.
   void AddTo(CLI::App& cli,
@@ -30,10 +28,6 @@ struct SensorOptions {
              const std::string& results);
   /// Adds --heading-model, for commands where headings may be absolute.
   void AddModelTo(CLI::App& cli, const std::string& priors);
-  /// Writes --rig-out, if it was given, and adds it to the summary. @throws InputError, RunError
-  void WriteRig(const calib::Rig& rig,
-                const robot::WheelsReport& wheels,
-                terminal::Summary& summary) const;
   /// Checks what can be checked without opening a file. @throws InputError
   void Check(bool have_rig) const;
   /// @param stamps  of the upward frames. @param headings_frame  of --heading.

@@ -37,6 +37,7 @@ struct PlacedView {
   calib::MirrorView view;
   Eigen::Vector2d position;  // base frame, m
   std::optional<calib::CameraScaling> scaling = {};
+  std::optional<calib::Rig> rig = {};
 };
 
 PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
@@ -57,6 +58,7 @@ PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
                       rig.omni->T_base_cam.translation().head<2>(),
                       scaling};
     PrintRigWarnings(rig);
+    placed.rig = std::move(rig);
     return placed;
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", place, error.what()));
@@ -191,6 +193,7 @@ PanoramaSource::PanoramaSource(const PanoramaOptions& options)
     view_ = std::move(placed.view);
     position_ = placed.position;
     scaling_ = placed.scaling;
+    rig_ = std::move(placed.rig);
   } else {
     rising_ = options.azimuth == "rising";
     front_column_ = CheckedFront(options, source_);

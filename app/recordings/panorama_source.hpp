@@ -59,6 +59,8 @@ class PanoramaSource {
 
   /// Size of the panoramas.
   [[nodiscard]] cv::Size Size() const;
+  /// Nothing: there is none, its panoramas have no place on the robot.
+  [[nodiscard]] const std::optional<calib::Rig>& Rig() const { return rig_; }
   /// Position of the mirror on the robot, base frame, m; (0, 0) without a rig.
   [[nodiscard]] const Eigen::Vector2d& Position() const { return position_; }
   [[nodiscard]] const FrameSource& Source() const { return source_; }
@@ -69,6 +71,7 @@ class PanoramaSource {
  private:
   FrameSource source_;
   std::optional<calib::MirrorView> view_;  // unset if the images are panoramas
+  std::optional<calib::Rig> rig_;
   Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
   std::optional<calib::CameraScaling> scaling_;
   bool rising_ = false;

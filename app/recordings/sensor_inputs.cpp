@@ -1,5 +1,7 @@
 #include "app/recordings/sensor_inputs.hpp"
 
+#include <type_traits>
+
 #include "app/files/heading_csv.hpp"
 #include "localization/compass/colour/colour_model_file.hpp"
 
@@ -7,9 +9,6 @@ namespace ceilmap::recordings {
 namespace {
 
 using compensation::TiltMethod;
-
-// Samples this much later than an image are added with it: their clock may be late.
-constexpr double kWheelsAheadS = 0.5;
 
 const std::filesystem::path& OwnOr(const std::filesystem::path& own,
                                    const std::filesystem::path& upward) {
@@ -19,14 +18,8 @@ const std::filesystem::path& OwnOr(const std::filesystem::path& own,
 }  // namespace
 
 SensorInputs::SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& rig)
-    : files_(files) {
-  if (!files.odometry.empty()) odometry_ = files::ReadOdometry(files.odometry);
-  if (!files.gyro.empty()) gyro_ = files::ReadGyro(files.gyro);
+    : files_(files), wheels_(files.odometry, files.gyro, rig ? rig->axle_behind_mast_m : 0) {
   if (!rig) return;
-  // Speeds are those of the axle, which stands behind base.
-  for (wheels::WheelSpeedSample& sample : odometry_.speeds) {
-    sample.velocity.linear_m_s.y() = sample.velocity.yaw_rad_s * rig->axle_behind_mast_m;
-  }
   const auto keep = [this](const std::optional<calib::CameraScaling>& scaling) {
     if (scaling) scalings_.push_back(*scaling);
   };
@@ -69,15 +62,12 @@ void SensorInputs::ReadTo(double stamp_s, robot::Sensors& sensors) {
   if (omni_) {
     omni_->ReadTo(stamp_s, [&](const robot::Image& image) { sensors.AddOmni(image); });
   }
-  const auto add = [until_s = stamp_s + kWheelsAheadS](
-                       const auto& samples, std::size_t& next, const auto& sink) {
-    for (; next < samples.size() && samples[next].stamp_s <= until_s; ++next) sink(samples[next]);
-  };
-  const auto to_wheels = [&](const auto& sample) { sensors.AddOdometry(sample); };
-  add(odometry_.poses, next_pose_, to_wheels);
-  add(odometry_.speeds, next_speed_, to_wheels);
-  add(gyro_.samples, next_gyro_, [&](const wheels::GyroSample& sample) {
-    sensors.AddGyro(sample);
+  wheels_.ReadTo(stamp_s, [&sensors](const auto& sample) {
+    if constexpr (std::is_same_v<decltype(sample), const wheels::GyroSample&>) {
+      sensors.AddGyro(sample);
+    } else {
+      sensors.AddOdometry(sample);
+    }
   });
 }
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/files/odometry_csv.hpp"
 #include "app/recordings/sensor_stream.hpp"
+#include "app/recordings/wheel_inputs.hpp"
 #include "calib/base/heading.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
@@ -50,10 +50,7 @@ class SensorInputs {
   /// Null where there is no recording.
   [[nodiscard]] const SensorStream* Forward() const { return forward_.get(); }
   [[nodiscard]] const SensorStream* Omni() const { return omni_.get(); }
-  [[nodiscard]] const files::OdometryRecording& Odometry() const { return odometry_; }
-  [[nodiscard]] const files::GyroRecording& Gyro() const { return gyro_; }
-  [[nodiscard]] const std::filesystem::path& OdometryFile() const { return files_.odometry; }
-  [[nodiscard]] const std::filesystem::path& GyroFile() const { return files_.gyro; }
+  [[nodiscard]] const WheelInputs& Wheels() const { return wheels_; }
   [[nodiscard]] const std::filesystem::path& HeadingFile() const { return files_.headings; }
   /// Cameras of the rig that were scaled.
   [[nodiscard]] const std::vector<calib::CameraScaling>& Scalings() const { return scalings_; }
@@ -63,11 +60,7 @@ class SensorInputs {
   std::unique_ptr<SensorStream> forward_;
   std::unique_ptr<SensorStream> omni_;
   std::vector<calib::CameraScaling> scalings_;
-  files::OdometryRecording odometry_;
-  files::GyroRecording gyro_;
-  std::size_t next_pose_ = 0;   // of the odometry, to be added
-  std::size_t next_speed_ = 0;  // likewise
-  std::size_t next_gyro_ = 0;   // of the gyro
+  WheelInputs wheels_;
 };
 
 }  // namespace ceilmap::recordings

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/reports/evaluation_json.hpp"
+#include "app/reports/wheel_report.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/table.hpp"
 #include "calib/base/degrees.hpp"
@@ -44,6 +45,10 @@ void Summarize(const HeadingResult& result, terminal::Summary& summary) {
                      {"rows", result.panorama.height},
                      {"end_heading_deg", kDegPerRad * last.heading_rad},
                      {"end_sigma_deg", kDegPerRad * std::sqrt(last.variance_rad2)}};
+  if (result.wheels.samples > 0 || result.wheels.gyro) {
+    summary.quality["contradicted"] = result.contradicted;
+    summary.quality["wheels"] = WheelQuality(result.wheels);
+  }
   if (result.errors) summary.quality["errors"] = ToJson(*result.errors);
 }
 
@@ -56,6 +61,9 @@ void PrintReport(const HeadingResult& result, const terminal::Summary& summary) 
   table.AddRow({"frames", count(result.frames)});
   table.AddRow({"headings", count(static_cast<std::int64_t>(result.headings.size()))});
   if (result.held > 0) table.AddRow({"held", count(result.held), "not determined by the panorama"});
+  if (result.contradicted > 0) {
+    table.AddRow({"contradicted", count(result.contradicted), "by wheels or gyro, not used"});
+  }
   if (result.reading.dropped > 0) {
     table.AddRow({"dropped", count(result.reading.dropped), "frames of a live source"});
   }
@@ -67,6 +75,7 @@ void PrintReport(const HeadingResult& result, const terminal::Summary& summary) 
       {"heading",
        fmt::format("{:.2f}", kDegPerRad * last.heading_rad),
        fmt::format("deg at the end, sigma {:.2f}", kDegPerRad * std::sqrt(last.variance_rad2))});
+  AddWheelRows(result.wheels, kPanoramas, table);
   if (result.errors) AddHeadingErrors(*result.errors, table);
   table.AddRow({"unwrap", milliseconds(result.unwrap_ms), "ms a frame"});
   table.AddRow({"compass", milliseconds(result.compass_ms), "ms a frame"});

@@ -8,8 +8,12 @@
 #include "app/files/heading_csv.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/terminal/summary.hpp"
+#include "calib/wheels/wheels_report.hpp"
 
 namespace ceilmap::reports {
+
+/// What wheels are compared with in `heading`, as for WheelWarnings.
+constexpr const char* kPanoramas = "the panoramas";
 
 /// Results of `heading`.
 struct HeadingResult {
@@ -17,7 +21,9 @@ struct HeadingResult {
   std::optional<evaluation::HeadingErrors> errors;  ///< with --truth
   std::int64_t frames = 0;                          ///< frames of the recording
   std::int64_t references = 0;
-  std::int64_t held = 0;  ///< headings of confidence 0
+  std::int64_t held = 0;          ///< headings that the panorama did not determine
+  std::int64_t contradicted = 0;  ///< panoramas that contradict the known turn
+  wheels::WheelsReport wheels;    ///< and gyro
   cv::Size panorama;
   recordings::FrameSourceReport reading;
   double unwrap_ms = 0;

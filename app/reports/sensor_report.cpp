@@ -29,6 +29,8 @@ const char* ToString(TiltMethod method) {
   return "?";
 }
 
+constexpr const char* kImages = "the ceiling";  // that wheels are compared with
+
 void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
   for (std::string& warning : more) warnings.push_back(std::move(warning));
 }
@@ -154,7 +156,7 @@ std::vector<std::string> Warnings(const SensorResult& result) {
     Append(recordings::MatchWarnings(omni->Name(), "mirror", result.report.omni), warnings);
   }
   if (result.report.heading) AddHeadingWarnings(result, warnings);
-  Append(WheelWarnings(result), warnings);
+  Append(WheelWarnings(result.inputs->Wheels(), result.report.wheels, kImages), warnings);
   return warnings;
 }
 
@@ -201,7 +203,7 @@ void AddRows(const SensorResult& result, terminal::Table& table) {
     table.AddRow(
         {"headings", fmt::format("{}", result.report.heading->headings), HeadingNote(result)});
   }
-  AddWheelRows(result.report.wheels, table);
+  AddWheelRows(result.report.wheels, kImages, table);
 }
 
 void ReportScalings(const std::optional<calib::CameraScaling>& up,

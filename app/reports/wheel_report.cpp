@@ -7,9 +7,9 @@
 namespace ceilmap::reports {
 namespace {
 
-using robot::WheelsReport;
 using wheels::Uncertain;
 using wheels::WheelFault;
+using wheels::WheelsReport;
 
 std::string CauseOf(const WheelsReport& wheels) {
   switch (wheels.fault) {
@@ -41,33 +41,42 @@ std::string WithSigma(const Uncertain& value, double unit, int decimals) {
 
 }  // namespace
 
-std::vector<std::string> WheelWarnings(const SensorResult& result) {
+std::vector<std::string> WheelWarnings(const recordings::WheelInputs& inputs,
+                                       const WheelsReport& wheels,
+                                       const std::string& images) {
   std::vector<std::string> warnings;
-  const WheelsReport& wheels = result.report.wheels;
-  const std::string odometry = result.inputs->OdometryFile().string();
-  if (odometry.empty()) return warnings;
-  const auto sorted = [&warnings](const std::string& file, int rows) {
+  const bool has_wheels = !inputs.OdometryFile().empty();
+  const std::string file = (has_wheels ? inputs.OdometryFile() : inputs.GyroFile()).string();
+  if (file.empty()) return warnings;
+  const auto sorted = [&warnings](const std::filesystem::path& name, int rows) {
     if (rows == 0) return;
     warnings.push_back(fmt::format(
-        "{}: {} rows were not later than the one before; they were sorted", file, rows));
+        "{}: {} rows were not later than the one before; they were sorted", name.string(), rows));
   };
-  sorted(odometry, result.inputs->Odometry().out_of_order);
-  sorted(result.inputs->GyroFile().string(), result.inputs->Gyro().out_of_order);
+  sorted(inputs.OdometryFile(), inputs.Odometry().out_of_order);
+  sorted(inputs.GyroFile(), inputs.Gyro().out_of_order);
+  const bool none = wheels.samples == 0 && !wheels.gyro;
+  constexpr std::int64_t kAtTheEnds = 2;  // frames that begin before, or end after the samples
   if (wheels.fault != WheelFault::kNone) {
-    warnings.push_back(
-        fmt::format("{}: contradicts the ceiling all the way, and was not used further; {}",
-                    odometry,
-                    CauseOf(wheels)));
-  } else if (wheels.samples == 0 || wheels.missing > 0) {
+    warnings.push_back(fmt::format("{}: contradicts {} all the way, and was not used further; {}",
+                                   file,
+                                   images,
+                                   CauseOf(wheels)));
+  } else if (none || wheels.missing > kAtTheEnds) {
     const std::string frames =
-        wheels.samples == 0 ? "no frame has" : fmt::format("{} frames have no", wheels.missing);
+        none ? "no frame has" : fmt::format("{} frames have no", wheels.missing);
+    const double first_s =
+        has_wheels ? inputs.Odometry().FirstStamp() : inputs.Gyro().samples.front().stamp_s;
+    const double last_s =
+        has_wheels ? inputs.Odometry().LastStamp() : inputs.Gyro().samples.back().stamp_s;
     warnings.push_back(
-        fmt::format("{}: {} odometry at the same time (gaps, or another clock: it covers {:.3f} to "
+        fmt::format("{}: {} {} at the same time (gaps, or another clock: it covers {:.3f} to "
                     "{:.3f} s)",
-                    odometry,
+                    file,
                     frames,
-                    result.inputs->Odometry().FirstStamp(),
-                    result.inputs->Odometry().LastStamp()));
+                    has_wheels ? "odometry" : "turn rate",
+                    first_s,
+                    last_s));
   }
   return warnings;
 }
@@ -91,8 +100,8 @@ nlohmann::ordered_json WheelQuality(const WheelsReport& wheels) {
           {"yaw_noise_deg_per_sqrt_m", kDegPerRad * model.yaw_noise_per_sqrt_m}};
 }
 
-void AddWheelRows(const WheelsReport& wheels, terminal::Table& table) {
-  if (wheels.samples == 0) return;
+void AddWheelRows(const WheelsReport& wheels, const std::string& images, terminal::Table& table) {
+  if (wheels.samples == 0 && !wheels.gyro) return;
   const wheels::WheelModel& model = wheels.model;
   const wheels::WheelModel before;
   const auto add = [&table](const char* name,
@@ -112,7 +121,7 @@ void AddWheelRows(const WheelsReport& wheels, terminal::Table& table) {
   if (wheels.slips > 0) {
     table.AddRow({"slips",
                   fmt::format("{}", wheels.slips),
-                  fmt::format("of {} pieces of the way contradict the ceiling", wheels.pieces)});
+                  fmt::format("of {} pieces of the way contradict {}", wheels.pieces, images)});
   }
 }
 

@@ -4,18 +4,25 @@
 #include <string>
 #include <vector>
 
-#include "app/reports/sensor_report.hpp"
+#include "app/recordings/wheel_inputs.hpp"
 #include "app/terminal/table.hpp"
+#include "calib/wheels/wheels_report.hpp"
 
 namespace ceilmap::reports {
 
-/// Problems of the wheels' recording, one line each.
-std::vector<std::string> WheelWarnings(const SensorResult& result);
+/// Problems of the recordings of wheels and gyro, one line each.
+/// @param images  what they were compared with, e.g. "the ceiling".
+std::vector<std::string> WheelWarnings(const recordings::WheelInputs& inputs,
+                                       const wheels::WheelsReport& wheels,
+                                       const std::string& images);
 
 /// The constants found, for --summary.
-nlohmann::ordered_json WheelQuality(const robot::WheelsReport& wheels);
+nlohmann::ordered_json WheelQuality(const wheels::WheelsReport& wheels);
 
 /// Adds the constants that the drive has shown, with their standard deviations.
-void AddWheelRows(const robot::WheelsReport& wheels, terminal::Table& table);
+/// @param images  as above.
+void AddWheelRows(const wheels::WheelsReport& wheels,
+                  const std::string& images,
+                  terminal::Table& table);
 
 }  // namespace ceilmap::reports

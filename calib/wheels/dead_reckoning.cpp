@@ -122,12 +122,19 @@ std::optional<double> DeadReckoning::GyroYaw(double stamp_s) const {
   return before.yaw_rad + rate_rad_s * elapsed_s;
 }
 
-std::optional<double> DeadReckoning::GyroTurn(double from_s, double to_s, double bias_rad_s) const {
+/// The turn between two times of the gyro's clock.
+std::optional<RelativeTurn> DeadReckoning::GyroTurn(double from_s,
+                                                    double to_s,
+                                                    const WheelModel& model) const {
   if (gyro_.empty()) return std::nullopt;
   const std::optional<double> from = GyroYaw(from_s);
   const std::optional<double> to = GyroYaw(to_s);
   if (!from || !to) return std::nullopt;
-  return *to - *from - bias_rad_s * (to_s - from_s);
+  const double elapsed_s = to_s - from_s;
+  return RelativeTurn{*to - *from - model.gyro_bias_rad_s.value * elapsed_s,
+                      model.gyro_noise_per_sqrt_s * model.gyro_noise_per_sqrt_s * elapsed_s,
+                      model.gyro_bias_rad_s.sigma * elapsed_s,
+                      false};
 }
 
 /// A step of constant velocity with its errors, at times of the wheels' clock. The true step lies
@@ -136,14 +143,12 @@ RelativeMotion DeadReckoning::Step(const Pose2& reported,
                                    double from_s,
                                    double to_s,
                                    const WheelModel& model) const {
-  const double elapsed_s = to_s - from_s;
   const Eigen::Vector2d ahead =
       model.scale.value * (Pose2{0, 0, -reported.yaw / 2}.Rotation() *
                            reported.Translation());  // in the axes at the step's middle
   const double gyro_s = model.gyro_late_s.value - model.late_s.value;
-  const std::optional<double> by_gyro =
-      GyroTurn(from_s + gyro_s, to_s + gyro_s, model.gyro_bias_rad_s.value);
-  const double turn = by_gyro.value_or(model.turn_scale.value * reported.yaw);
+  const std::optional<RelativeTurn> by_gyro = GyroTurn(from_s + gyro_s, to_s + gyro_s, model);
+  const double turn = by_gyro ? by_gyro->turn_rad : model.turn_scale.value * reported.yaw;
   const Eigen::Matrix2d R = Pose2{0, 0, turn / 2}.Rotation();
   const Eigen::Vector2d step = R * ahead;
   RelativeMotion motion;
@@ -157,12 +162,11 @@ RelativeMotion DeadReckoning::Step(const Pose2& reported,
                                          (along2 - across2) * direction * direction.transpose();
   }
   const auto squared = [](double noise, double amount) { return noise * noise * amount; };
-  motion.noise(2, 2) = by_gyro ? squared(model.gyro_noise_per_sqrt_s, elapsed_s)
+  motion.noise(2, 2) = by_gyro ? by_gyro->noise_rad2
                                : squared(model.yaw_noise_per_sqrt_m, length) +
                                      squared(model.yaw_noise_per_sqrt_rad, std::abs(turn));
   motion.common.col(0) << step / model.scale.value * model.scale.sigma, 0;
-  const double turn_error =
-      by_gyro ? model.gyro_bias_rad_s.sigma * elapsed_s : model.turn_scale.sigma * reported.yaw;
+  const double turn_error = by_gyro ? by_gyro->common_rad : model.turn_scale.sigma * reported.yaw;
   motion.common.col(1) << 0.5 * turn_error * Eigen::Vector2d(-step.y(), step.x()), turn_error;
   return motion;
 }
@@ -193,6 +197,20 @@ std::optional<RelativeMotion> DeadReckoning::Between(double from_s,
     if (!held) ++next;
   }
   return motion;
+}
+
+std::optional<RelativeTurn> DeadReckoning::TurnBetween(double from_s, double to_s) const {
+  return TurnBetween(from_s, to_s, model_);
+}
+
+std::optional<RelativeTurn> DeadReckoning::TurnBetween(double from_s,
+                                                       double to_s,
+                                                       const WheelModel& model) const {
+  const double late_s = model.gyro_late_s.value;
+  if (const auto by_gyro = GyroTurn(from_s + late_s, to_s + late_s, model)) return by_gyro;
+  const std::optional<RelativeMotion> motion = Between(from_s, to_s, model);
+  if (!motion) return std::nullopt;
+  return RelativeTurn{motion->T_before_now.yaw, motion->noise(2, 2), motion->common(2, 1), true};
 }
 
 }  // namespace ceilmap::wheels

@@ -56,6 +56,12 @@ class DeadReckoning {
                                                       double to_s,
                                                       const WheelModel& model) const;
 
+  /// The turn alone, for sensors that see no travel. A gyro is enough.
+  [[nodiscard]] std::optional<RelativeTurn> TurnBetween(double from_s, double to_s) const;
+  [[nodiscard]] std::optional<RelativeTurn> TurnBetween(double from_s,
+                                                        double to_s,
+                                                        const WheelModel& model) const;
+
   [[nodiscard]] bool HasGyro() const { return !gyro_.empty(); }
   [[nodiscard]] std::int64_t Samples() const { return samples_; }  ///< of the wheels
 
@@ -65,7 +71,9 @@ class DeadReckoning {
     double rate_rad_s = 0;
     double yaw_rad = 0;  // since the first sample, not wrapped, with the bias
   };
-  [[nodiscard]] std::optional<double> GyroTurn(double from_s, double to_s, double bias_rad_s) const;
+  [[nodiscard]] std::optional<RelativeTurn> GyroTurn(double from_s,
+                                                     double to_s,
+                                                     const WheelModel& model) const;
   [[nodiscard]] std::optional<double> GyroYaw(double stamp_s) const;
   [[nodiscard]] RelativeMotion Step(const Pose2& reported,
                                     double from_s,

@@ -18,6 +18,13 @@ PoseWithCovariance RelativeMotion::Back(const PoseWithCovariance& now) const {
       ComposeCovariance(now.pose, now.covariance, T_now_before, J * Covariance() * J.transpose())};
 }
 
+RelativeTurn operator+(const RelativeTurn& a, const RelativeTurn& b) {
+  return {a.turn_rad + b.turn_rad,
+          a.noise_rad2 + b.noise_rad2,
+          a.common_rad + b.common_rad,
+          a.may_slip || b.may_slip};
+}
+
 bool IsUsable(const PoseWithCovariance& predicted) {
   constexpr double kMaxSigmaM = 2;
   constexpr double kMaxSigmaRad = 0.8;

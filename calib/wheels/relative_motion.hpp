@@ -26,6 +26,20 @@ struct RelativeMotion {
   [[nodiscard]] PoseWithCovariance Back(const PoseWithCovariance& now) const;
 };
 
+/// A turn of the robot as a gyro or its wheels tell it, with its errors as those of a
+/// RelativeMotion.
+struct RelativeTurn {
+  double turn_rad = 0;    ///< counter-clockwise seen from above, not wrapped
+  double noise_rad2 = 0;  ///< variance by noise
+  double common_rad = 0;  ///< error for one standard deviation of the turn scale or the bias
+  bool may_slip = true;   ///< false: all of it is measured by a gyro
+
+  [[nodiscard]] double Variance() const { return noise_rad2 + common_rad * common_rad; }
+};
+
+/// The turn a, then b.
+RelativeTurn operator+(const RelativeTurn& a, const RelativeTurn& b);
+
 /// Whether a pose that only wheels predict says more than that the robot is in the building: its
 /// standard deviation is below 2 m and 0.8 rad.
 bool IsUsable(const PoseWithCovariance& predicted);

@@ -85,6 +85,22 @@ WheelModel WheelCalibrator::With(const Vector& values) const {
 bool WheelCalibrator::Place(double stamp_s,
                             const std::optional<PoseWithCovariance>& pose,
                             const DeadReckoning& wheels) {
+  return Arrive(stamp_s, pose, wheels, Seen::kPose);
+}
+
+bool WheelCalibrator::PlaceHeading(double stamp_s,
+                                   const std::optional<HeadingPrior>& heading,
+                                   const DeadReckoning& wheels) {
+  if (!heading) return Arrive(stamp_s, std::nullopt, wheels, Seen::kHeading);
+  PoseWithCovariance pose{Pose2{0, 0, heading->heading_rad}};
+  pose.covariance = Eigen::Vector3d(0, 0, heading->variance_rad2).asDiagonal();
+  return Arrive(stamp_s, pose, wheels, Seen::kHeading);
+}
+
+bool WheelCalibrator::Arrive(double stamp_s,
+                             const std::optional<PoseWithCovariance>& pose,
+                             const DeadReckoning& wheels,
+                             Seen seen) {
   if (!pose) {
     start_.reset();
     latest_.reset();
@@ -107,7 +123,7 @@ bool WheelCalibrator::Place(double stamp_s,
   Eigen::Matrix3d measured = start_->pose.covariance + pose->covariance;
   measured.diagonal() += Eigen::Vector3d(
       kSeenSigmaM * kSeenSigmaM, kSeenSigmaM * kSeenSigmaM, kSeenSigmaRad * kSeenSigmaRad);
-  const bool taken = Take(now, measured, wheels);
+  const bool taken = Take(now, measured, wheels, seen);
   start_ = now;
   return taken;
 }
@@ -147,27 +163,43 @@ WheelCalibrator::Jacobian WheelCalibrator::Derivatives(const Start& now, bool by
   return J;
 }
 
+std::optional<RelativeMotion> WheelCalibrator::Reported(double from_s,
+                                                        double to_s,
+                                                        const DeadReckoning& wheels,
+                                                        Seen seen) const {
+  if (seen == Seen::kPose) return wheels.Between(from_s, to_s, model_);
+  const std::optional<RelativeTurn> turn = wheels.TurnBetween(from_s, to_s, model_);
+  if (!turn) return std::nullopt;
+  RelativeMotion motion;
+  motion.T_before_now.yaw = WrapAngle(turn->turn_rad);
+  motion.noise(2, 2) = turn->noise_rad2;
+  return motion;
+}
+
 bool WheelCalibrator::Take(const Start& now,
                            const Eigen::Matrix3d& measured,
-                           const DeadReckoning& wheels) {
+                           const DeadReckoning& wheels,
+                           Seen seen) {
   const double from_s = start_->stamp_s;
   const double to_s = now.stamp_s;
-  const std::optional<RelativeMotion> motion = wheels.Between(from_s, to_s, model_);
+  const std::optional<RelativeMotion> motion = Reported(from_s, to_s, wheels, seen);
   if (!motion) return false;
   const Pose2 T_from_to = start_->pose.pose.Inverse() * now.pose.pose;
-  const Jacobian J = Derivatives(now, wheels.HasGyro());
+  // Of (x, y, yaw), or of the yaw alone.
+  const Eigen::Index rows = seen == Seen::kPose ? 3 : 1;
+  const Eigen::MatrixXd J = Derivatives(now, wheels.HasGyro()).bottomRows(rows);
   ++pieces_;
   Count(T_from_to, motion->T_before_now);
   covariance_(2, 2) += kBiasWalk * kBiasWalk * (to_s - from_s);
-  const Eigen::Vector3d difference = Difference(T_from_to, motion->T_before_now);
-  const Eigen::Matrix3d noise = motion->noise + measured;
-  const Eigen::Matrix3d S = J * covariance_ * J.transpose() + noise;
+  const Eigen::VectorXd difference = Difference(T_from_to, motion->T_before_now).tail(rows);
+  const Eigen::MatrixXd noise = (motion->noise + measured).bottomRightCorner(rows, rows);
+  const Eigen::MatrixXd S = J * covariance_ * J.transpose() + noise;
   if (difference.dot(S.ldlt().solve(difference)) > kMaxSigmas * kMaxSigmas) {
     ++slips_;
     return false;
   }
-  LearnNoise(difference, S);
-  const Eigen::Matrix<double, kConstants, 3> K = S.ldlt().solve(J * covariance_).transpose();
+  LearnNoise(difference, S.diagonal());
+  const Eigen::MatrixXd K = S.ldlt().solve(J * covariance_).transpose();
   const Vector values = Values(model_) + K * difference;
   Matrix left = Matrix::Identity() - K * J;
   covariance_ = left * covariance_ * left.transpose() + K * noise * K.transpose();
@@ -176,18 +208,27 @@ bool WheelCalibrator::Take(const Start& now,
 }
 
 /// The noise that wheels and gyro really have, as a multiple of what was stated.
-void WheelCalibrator::LearnNoise(const Eigen::Vector3d& difference,
-                                 const Eigen::Matrix3d& expected) {
-  const double travel_factor = model_.travel_noise_per_sqrt_m / first_.travel_noise_per_sqrt_m;
-  const double yaw_factor = model_.yaw_noise_per_sqrt_m / first_.yaw_noise_per_sqrt_m;
-  Keep(travel_factor * difference.x() / std::sqrt(expected(0, 0)), travel_errors_);
-  Keep(yaw_factor * difference.z() / std::sqrt(expected(2, 2)), yaw_errors_);
-  if (travel_errors_.size() < kFewestPieces) return;
+/// @param difference, expected  variances; of (x, y, yaw), or of the yaw alone.
+void WheelCalibrator::LearnNoise(const Eigen::VectorXd& difference,
+                                 const Eigen::VectorXd& expected) {
   const auto factor = [](const std::deque<double>& errors) {
     return std::clamp(RobustSigma(errors), kMinNoiseFactor, kMaxNoiseFactor);
   };
+  const auto in_sigmas = [&](Eigen::Index row) {
+    return difference[row] / std::sqrt(expected[row]);
+  };
+  const Eigen::Index yaw_row = difference.size() - 1;
+  if (yaw_row > 0) {
+    const double now = model_.travel_noise_per_sqrt_m / first_.travel_noise_per_sqrt_m;
+    Keep(now * in_sigmas(0), travel_errors_);
+    if (travel_errors_.size() >= kFewestPieces) {
+      model_.travel_noise_per_sqrt_m = factor(travel_errors_) * first_.travel_noise_per_sqrt_m;
+    }
+  }
+  const double now = model_.yaw_noise_per_sqrt_m / first_.yaw_noise_per_sqrt_m;
+  Keep(now * in_sigmas(yaw_row), yaw_errors_);
+  if (yaw_errors_.size() < kFewestPieces) return;
   const double yaw = factor(yaw_errors_);
-  model_.travel_noise_per_sqrt_m = factor(travel_errors_) * first_.travel_noise_per_sqrt_m;
   model_.yaw_noise_per_sqrt_m = yaw * first_.yaw_noise_per_sqrt_m;
   model_.yaw_noise_per_sqrt_rad = yaw * first_.yaw_noise_per_sqrt_rad;
   model_.gyro_noise_per_sqrt_s = yaw * first_.gyro_noise_per_sqrt_s;
@@ -217,13 +258,15 @@ WheelFault WheelCalibrator::Fault() const {
   const bool turns = turn_seen_ > pieces * kTurningRad * kTurningRad;
   const bool unlike = turns && TurnRatio() < kAlike;
   if (pieces_ < kFewest || (2 * slips_ < pieces_ && !unlike)) return WheelFault::kNone;
-  const double travel = TravelRatio();
-  constexpr double kUnits = 3;
-  if (std::abs(travel) > kUnits || (std::abs(travel) * kUnits < 1 && !unlike)) {
-    return WheelFault::kUnits;
-  }
   constexpr double kOpposite = -0.5;
-  if (travel < kOpposite) return WheelFault::kOppositeTravel;
+  if (travel_reported_ > 0) {  // else only headings were seen
+    const double travel = TravelRatio();
+    constexpr double kUnits = 3;
+    if (std::abs(travel) > kUnits || (std::abs(travel) * kUnits < 1 && !unlike)) {
+      return WheelFault::kUnits;
+    }
+    if (travel < kOpposite) return WheelFault::kOppositeTravel;
+  }
   if (TurnRatio() < kOpposite) return WheelFault::kOppositeYaw;
   return WheelFault::kUnrelated;
 }

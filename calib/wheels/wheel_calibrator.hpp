@@ -5,6 +5,7 @@
 #include <deque>
 #include <optional>
 
+#include "calib/base/heading.hpp"
 #include "calib/base/pose_with_covariance.hpp"
 #include "calib/wheels/dead_reckoning.hpp"
 
@@ -43,6 +44,14 @@ class WheelCalibrator {
              const std::optional<PoseWithCovariance>& pose,
              const DeadReckoning& wheels);
 
+  /// The same where only the heading is seen, by a compass: the turn scale or the bias of the gyro,
+  /// and the delay of the turns, are estimated. Not to be mixed with Place.
+  /// @param heading  from any direction that stays the same while there are headings. Its variance:
+  ///   of the measurement alone.
+  bool PlaceHeading(double stamp_s,
+                    const std::optional<HeadingPrior>& heading,
+                    const DeadReckoning& wheels);
+
   [[nodiscard]] const WheelModel& Model() const { return model_; }
   [[nodiscard]] std::int64_t Pieces() const { return pieces_; }
   [[nodiscard]] std::int64_t Slips() const { return slips_; }  ///< pieces that were left out
@@ -53,6 +62,7 @@ class WheelCalibrator {
 
  private:
   static constexpr int kConstants = 5;
+  enum class Seen { kPose, kHeading };
   using Vector = Eigen::Matrix<double, kConstants, 1>;
   using Matrix = Eigen::Matrix<double, kConstants, kConstants>;
   using Jacobian = Eigen::Matrix<double, 3, kConstants>;
@@ -66,8 +76,19 @@ class WheelCalibrator {
   [[nodiscard]] WheelModel With(const Vector& values) const;
   static std::optional<Twist2> SeenVelocity(const Start& before, double stamp_s, const Pose2& pose);
   [[nodiscard]] Jacobian Derivatives(const Start& now, bool by_gyro) const;
-  bool Take(const Start& now, const Eigen::Matrix3d& measured, const DeadReckoning& wheels);
-  void LearnNoise(const Eigen::Vector3d& difference, const Eigen::Matrix3d& expected);
+  bool Arrive(double stamp_s,
+              const std::optional<PoseWithCovariance>& pose,
+              const DeadReckoning& wheels,
+              Seen seen);
+  [[nodiscard]] std::optional<RelativeMotion> Reported(double from_s,
+                                                       double to_s,
+                                                       const DeadReckoning& wheels,
+                                                       Seen seen) const;
+  bool Take(const Start& now,
+            const Eigen::Matrix3d& measured,
+            const DeadReckoning& wheels,
+            Seen seen);
+  void LearnNoise(const Eigen::VectorXd& difference, const Eigen::VectorXd& expected);
   void Count(const Pose2& seen, const Pose2& reported);
 
   WheelModel first_;

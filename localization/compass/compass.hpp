@@ -6,6 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "calib/base/heading.hpp"
+#include "calib/wheels/relative_motion.hpp"
+
 namespace ceilmap::compass {
 
 /// A panorama as all compasses in this library take it. It shows the full circle with one column
@@ -21,6 +24,9 @@ struct PanoramaFrame {
   /// at which only a turn does. An error of a tenth is harmless. Empty: the robot is assumed to
   /// drive forward or backward on arcs, as with a differential drive.
   std::optional<Eigen::Vector2d> travel = std::nullopt;
+  /// Turn of the robot since the previous panorama, by wheels or a gyro, where it is known
+  /// (WheelTurns). Used by FftCompass; the published methods know only panoramas.
+  std::optional<wheels::RelativeTurn> turn = std::nullopt;
 };
 
 /// Result of a compass at a frame.
@@ -30,9 +36,13 @@ struct HeadingEstimate {
   /// Variance of heading_rad, rad^2. It grows with each change of reference and decreases when an
   /// old reference is observed again. Zero at the first frame.
   double variance_rad2 = 0;
-  /// 0: the panorama gives no information (it is uniform, or no shift fits); the heading is held as
-  /// predicted and its variance has grown. 1: the panoramas agree perfectly.
+  /// 0: the panorama gives no information (it is uniform, no shift fits, or the shift contradicts
+  /// the known turn); the heading is held, or turned as PanoramaFrame::turn says, and its variance
+  /// has grown. 1: the panoramas agree perfectly.
   double confidence = 0;
+  /// By the panorama alone, also where it was dropped because it contradicts the known turn. Its
+  /// variance: of the comparison with the reference. For WheelTurns; only FftCompass sets it.
+  std::optional<HeadingPrior> seen = std::nullopt;
 };
 
 /// Distance of the last panorama to its reference for every shift, as plotted in the papers.

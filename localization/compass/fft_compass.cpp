@@ -13,6 +13,7 @@
 #include "localization/compass/frame_check.hpp"
 #include "localization/compass/heading_graph.hpp"
 #include "localization/compass/travel_track.hpp"
+#include "localization/compass/turn_check.hpp"
 #include "localization/compass/view_matcher.hpp"
 
 namespace ceilmap::compass {
@@ -29,6 +30,9 @@ constexpr double kMinInlierRatio = 0.6;
 // Standard deviation of the error of a heading between two references beyond that stated by the
 // fit, rad, >= 0.
 constexpr double kReferenceSigmaRad = 0.001;
+// The error that all known turns have in common adds up as a length over the references, where
+// independent ones add up as variances: each counts as if it were one of so many, >= 1.
+constexpr double kEdges = 30;
 // Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
 constexpr double kUnseenRateRadS = 0.5;
 // After this number of consecutive frames that fit no reference the robot is assumed to have
@@ -80,10 +84,12 @@ struct FftCompass::Impl {
   double before_turn_rad = 0;    // from the last reference
   double before_variance = 0;
   HeadingEstimate estimate;
-  double measured_stamp_s = 0;   // stamp of the last measured frame
-  double measured_variance = 0;  // ... and its variance
-  double turned_rad = 0;         // from the second last frame to the last one
-  double tried_turn_rad = 0;     // the last turn that was tried, ...
+  TurnCheck known;                  // turns by wheels or a gyro
+  double measured_stamp_s = 0;      // stamp of the last measured frame, ...
+  double measured_heading_rad = 0;  // ... its heading ...
+  double measured_variance = 0;     // ... and its variance
+  double turned_rad = 0;            // from the second last frame to the last one
+  double tried_turn_rad = 0;        // the last turn that was tried, ...
   std::int64_t profiled = 0;  // ... relative to this frame; the matcher holds the distances to it
   int unmatched = 0;          // number of consecutive frames without a match
   std::int64_t frames = 0;
@@ -98,9 +104,16 @@ struct FftCompass::Impl {
   std::optional<ParallaxFit> Match(const View& reference,
                                    double heading_rad,
                                    std::optional<double> expected_rad);
+  [[nodiscard]] std::optional<double> ExpectedHeading() const;
+  [[nodiscard]] double SinceMeasured(const ParallaxFit& fit, double heading_rad) const;
+  [[nodiscard]] double ComparisonVariance(const ParallaxFit& fit) const;
+  static HeadingPrior Seen(const ParallaxFit& fit, double heading_rad);
   void Take(const ParallaxFit& fit, double stamp_s);
   void Hold(double stamp_s);
-  void MakeReference(const std::shared_ptr<View>& view, double turn_rad, double variance_rad2);
+  void MakeReference(const std::shared_ptr<View>& view,
+                     double turn_rad,
+                     double variance_rad2,
+                     const std::optional<wheels::RelativeTurn>& known_turn);
   void MeasureAgainst(const Reference& old, int place, bool revisit);
   void MeasureRevisits(int place);
   void Forget();
@@ -130,6 +143,23 @@ void FftCompass::Impl::Analyze(const cv::Mat& panorama) {
   current->frame = frames;
 }
 
+/// By the known turn, else as the motion so far.
+std::optional<double> FftCompass::Impl::ExpectedHeading() const {
+  if (known.SinceMeasured()) return measured_heading_rad + known.SinceMeasured()->turn_rad;
+  if (unmatched == 0) return estimate.heading_rad + turned_rad;
+  return std::nullopt;
+}
+
+/// The turn since the last measured frame by a fit to a view of this heading.
+double FftCompass::Impl::SinceMeasured(const ParallaxFit& fit, double heading_rad) const {
+  return WrapAngle(heading_rad + fit.rotation_rad - measured_heading_rad);
+}
+
+/// Variance of the turn since the last measured frame.
+double FftCompass::Impl::ComparisonVariance(const ParallaxFit& fit) const {
+  return fit.variance_rad2 + before_variance + 2 * kReferenceSigmaRad * kReferenceSigmaRad;
+}
+
 /// The turn since a reference. Where the fields of view disagree with the prediction of the motion
 /// both turns are tried: an independently moving object may fill a field of view.
 /// @param heading_rad  Heading of the reference.
@@ -149,8 +179,21 @@ std::optional<ParallaxFit> FftCompass::Impl::Match(const View& reference,
   const double off = WrapAngle(seen - *expected_rad);
   if (best && std::abs(off) < kSame * SectorMatcher::kSearchRad) return best;
   const std::optional<ParallaxFit> other = around(WrapAngle(*expected_rad));
-  if (other && (!best || other->inlier_ratio > best->inlier_ratio)) best = other;
+  if (!other) return best;
+  const bool sound = other->inlier_ratio >= kMinInlierRatio;
+  const auto contradicts = [&](const ParallaxFit& fit) {
+    return known.Contradicts(SinceMeasured(fit, heading_rad), ComparisonVariance(fit));
+  };
+  if (!best || other->inlier_ratio > best->inlier_ratio || (sound && contradicts(*best))) {
+    best = other;
+  }
   return best;
+}
+
+/// The heading by a fit to a view of the heading `heading_rad`.
+HeadingPrior FftCompass::Impl::Seen(const ParallaxFit& fit, double heading_rad) {
+  return {WrapAngle(heading_rad + fit.rotation_rad),
+          fit.variance_rad2 + kReferenceSigmaRad * kReferenceSigmaRad};
 }
 
 /// Sets the heading from a turn since the last reference.
@@ -163,7 +206,10 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
       place.variance_rad2 + fit.variance_rad2 + kReferenceSigmaRad * kReferenceSigmaRad;
   estimate.confidence = std::clamp(fit.inlier_ratio, 0.0, 1.0);
   tried_turn_rad = WrapAngle(fit.rotation_rad);
+  estimate.seen = Seen(fit, place.heading_rad);
+  known.Measured();
   measured_stamp_s = stamp_s;
+  measured_heading_rad = heading;
   measured_variance = estimate.variance_rad2;
   unmatched = 0;
   before_turn_rad = fit.rotation_rad;
@@ -172,11 +218,18 @@ void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
 
 void FftCompass::Impl::Hold(double stamp_s) {
   const double sigma = kUnseenRateRadS * (stamp_s - measured_stamp_s);
+  double turn_variance = sigma * sigma;
+  turned_rad = 0;
+  if (known.SinceMeasured()) {
+    const double heading = measured_heading_rad + known.SinceMeasured()->turn_rad;
+    turned_rad = WrapAngle(heading - estimate.heading_rad);
+    estimate.heading_rad = WrapAngle(heading);
+    turn_variance = known.SinceMeasured()->Variance() + known.Doubt();
+  }
   // Beyond this variance the heading is unknown.
   constexpr double kAny = pi * pi;
-  estimate.variance_rad2 = std::min(measured_variance + sigma * sigma, kAny);
+  estimate.variance_rad2 = std::min(measured_variance + turn_variance, kAny);
   estimate.confidence = 0;
-  turned_rad = 0;
   before.reset();
 }
 
@@ -221,13 +274,20 @@ void FftCompass::Impl::MeasureRevisits(int place) {
 }
 
 /// @param turn_rad, variance_rad2  Relative to the last reference.
+/// @param known_turn  the same by wheels or a gyro, an independent measurement.
 void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
                                      double turn_rad,
-                                     double variance_rad2) {
+                                     double variance_rad2,
+                                     const std::optional<wheels::RelativeTurn>& known_turn) {
   const Reference last = references.back();
   const int place = graph.Add(WrapAngle(PlaceOf(last).heading_rad + turn_rad));
   const double sigma = kReferenceSigmaRad;
   graph.Measure(last.place, place, turn_rad, variance_rad2 + sigma * sigma);
+  if (known_turn) {
+    const double variance =
+        known_turn->noise_rad2 + kEdges * known_turn->common_rad * known_turn->common_rad;
+    graph.Measure(last.place, place, WrapAngle(known_turn->turn_rad), variance + sigma * sigma);
+  }
   // From now on only its lines are compared.
   if (last.view != before) last.view->spectrum = {};
   references.push_back({view, place});
@@ -264,16 +324,29 @@ void FftCompass::Impl::Forget() {
 /// The reference no longer fits: the previous frame, which did fit, becomes the reference.
 bool FftCompass::Impl::Retry(double stamp_s) {
   if (!before || before == references.back().view) return false;
-  const std::optional<ParallaxFit> fit = Match(*before, estimate.heading_rad, turned_rad);
-  if (!fit) return false;
-  MakeReference(before, before_turn_rad, before_variance);
+  const double heading = measured_heading_rad;
+  const std::optional<double> expected = ExpectedHeading();
+  const std::optional<ParallaxFit> fit =
+      Match(*before, heading, expected ? std::optional(*expected - heading) : std::nullopt);
+  if (!fit || known.Contradicts(SinceMeasured(*fit, heading), ComparisonVariance(*fit))) {
+    return false;
+  }
+  MakeReference(before, before_turn_rad, before_variance, known.RefersToMeasured());
   Take(*fit, stamp_s);
   return true;
 }
 
 void FftCompass::Impl::Restart() {
   const double turn = WrapAngle(estimate.heading_rad - PlaceOf(references.back()).heading_rad);
-  MakeReference(current, turn, estimate.variance_rad2);
+  double variance = estimate.variance_rad2;
+  if (known.SinceMeasured()) {
+    variance = before_variance + known.SinceMeasured()->Variance() + known.Doubt();
+  }
+  if (known.SinceReference()) {
+    variance = std::min(variance, known.SinceReference()->Variance() + known.Doubt());
+  }
+  MakeReference(current, turn, variance, std::nullopt);
+  known.RefersToThis();
   unmatched = 0;
 }
 
@@ -281,25 +354,32 @@ void FftCompass::Impl::Restart() {
 bool FftCompass::Impl::Measure(double stamp_s) {
   const Reference& reference = references.back();
   const double heading = PlaceOf(reference).heading_rad;
-  const double expected = estimate.heading_rad + turned_rad - heading;
+  const std::optional<double> expected = ExpectedHeading();
   const std::optional<ParallaxFit> fit =
-      Match(*reference.view, heading, unmatched == 0 ? std::optional(expected) : std::nullopt);
-  if (!fit) {
+      Match(*reference.view, heading, expected ? std::optional(*expected - heading) : std::nullopt);
+  const auto verdict = fit ? known.Judge(SinceMeasured(*fit, heading), ComparisonVariance(*fit))
+                           : TurnCheck::Verdict::kDropped;
+  if (verdict == TurnCheck::Verdict::kDropped) {
     if (Retry(stamp_s)) return true;
+    if (fit) estimate.seen = Seen(*fit, heading);
     Hold(stamp_s);
     const bool blind = current->spectrum.total_energy <= 0;
-    if (!blind && ++unmatched >= kRestartAfter) Restart();
-    if (blind) unmatched = std::max(unmatched, 1);
+    // Panoramas that fit while the wheels may slip are waited for.
+    const bool waits = fit && known.Waits();
+    if (!blind && !waits && ++unmatched >= kRestartAfter) Restart();
+    if (blind || waits) unmatched = std::max(unmatched, 1);
     return false;
   }
   Take(*fit, stamp_s);
   if (std::abs(fit->parallax_rad) <= kMaxParallaxRad && fit->inlier_ratio >= kMinInlierRatio) {
     return true;
   }
-  MakeReference(current, fit->rotation_rad, fit->variance_rad2);
+  MakeReference(current, fit->rotation_rad, fit->variance_rad2, known.SinceReference());
+  known.RefersToThis();
   const HeadingGraph::Place& place = PlaceOf(references.back());
   estimate.heading_rad = place.heading_rad;
   estimate.variance_rad2 = place.variance_rad2;
+  measured_heading_rad = place.heading_rad;
   before_turn_rad = 0;
   before_variance = 0;
   return true;
@@ -316,6 +396,8 @@ std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
   }
   me.Analyze(frame.panorama);
   me.travel.Move(frame.travel);
+  if (me.frames > 0) me.known.Begin(frame.turn);
+  me.estimate.seen.reset();
   if (me.frames++ == 0) {
     me.current->spot = me.travel.Arrive(0);
     me.references.push_back({me.current, me.graph.Add(0)});

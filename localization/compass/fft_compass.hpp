@@ -39,6 +39,10 @@ struct FftCompassParams {
 /// 3. References: a panorama is measured against a reference that is kept until travel has changed
 ///    the view. A new reference is measured against several old ones, including references from
 ///    long ago that are similar. A graph of headings (HeadingGraph) corrects the drift.
+/// 4. Where the turn between frames is known (PanoramaFrame::turn): it predicts each frame, is an
+///    edge of the graph between references, and goes on where nothing is seen. A frame that
+///    contradicts it is dropped. Wheels that slipped are found out by five frames that all
+///    contradict them by the same angle.
 ///
 /// Memory and time per frame are bounded. Any width from 48 columns; 1080 columns are recommended.
 class FftCompass : public Compass {

@@ -57,7 +57,9 @@ void ColourHeading::Process(const Image& image) {
   report_.last_sigma_rad = std::sqrt(heading_->variance_rad2);
 }
 
-std::optional<HeadingPrior> ColourHeading::At(double stamp_s, const Image* image) {
+std::optional<HeadingPrior> ColourHeading::At(double stamp_s,
+                                              const Image* image,
+                                              const std::optional<wheels::RelativeTurn>& /*turn*/) {
   if (image == nullptr) {
     ++report_.missing;
     return std::nullopt;

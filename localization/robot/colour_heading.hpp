@@ -18,7 +18,9 @@ class ColourHeading : public HeadingSource {
 
   /// @param image  CV_8UC3 (BGR).
   /// @return nothing while several headings are possible.
-  std::optional<HeadingPrior> At(double stamp_s, const Image* image) override;
+  std::optional<HeadingPrior> At(double stamp_s,
+                                 const Image* image,
+                                 const std::optional<wheels::RelativeTurn>& turn) override;
   void Locate(double stamp_s, const std::optional<Pose2>& T_map_base) override;
   [[nodiscard]] HeadingReport Report() const override;
 

@@ -5,6 +5,7 @@
 
 #include "calib/base/heading.hpp"
 #include "calib/base/pose2.hpp"
+#include "calib/wheels/relative_motion.hpp"
 #include "localization/robot/image.hpp"
 
 namespace ceilmap::robot {
@@ -39,8 +40,11 @@ class HeadingSource {
   /// The heading at the time of an upward frame; nothing when there is none. Stamps must increase.
   /// May run in another thread than the calls before, one call at a time.
   /// @param image  of the sensor's camera, nearest in time; null: none.
+  /// @param turn  by wheels or gyro, since the image before, where it is another one.
   /// @throws InputError on an image that does not fit the rig.
-  virtual std::optional<HeadingPrior> At(double stamp_s, const Image* image) = 0;
+  virtual std::optional<HeadingPrior> At(double stamp_s,
+                                         const Image* image,
+                                         const std::optional<wheels::RelativeTurn>& turn) = 0;
   /// The pose of the robot at an earlier upward frame, or that it is not known.
   virtual void Locate(double stamp_s, const std::optional<Pose2>& T_map_base) = 0;
   [[nodiscard]] virtual HeadingReport Report() const = 0;

@@ -41,13 +41,14 @@ OmniHeading::OmniHeading(calib::MirrorView view,
   report_.sensor = HeadingSensor::kMirror;
 }
 
-void OmniHeading::Process(const Image& image) {
+void OmniHeading::Process(const Image& image, const std::optional<wheels::RelativeTurn>& turn) {
   const StageTimer timer(report_.compute_ms);
   view_.Unwrap(image.pixels, panorama_);
   compass::PanoramaFrame frame;
   frame.panorama = panorama_;
   frame.stamp_s = image.stamp_s;
   if (image_s_) frame.travel = travel_.Between(*image_s_, image.stamp_s);
+  frame.turn = turn;
   const std::optional<compass::HeadingEstimate> estimate = compass_->Next(frame);
   if (!estimate) return;
   if (estimate_) {
@@ -61,13 +62,15 @@ void OmniHeading::Process(const Image& image) {
   estimate_s_ = image.stamp_s;
 }
 
-std::optional<HeadingPrior> OmniHeading::At(double stamp_s, const Image* image) {
+std::optional<HeadingPrior> OmniHeading::At(double stamp_s,
+                                            const Image* image,
+                                            const std::optional<wheels::RelativeTurn>& turn) {
   if (image == nullptr) {
     ++report_.missing;
     return std::nullopt;
   }
   report_.largest_offset_s = std::max(report_.largest_offset_s, std::abs(image->stamp_s - stamp_s));
-  if (image_s_ != image->stamp_s) Process(*image);
+  if (image_s_ != image->stamp_s) Process(*image, turn);
   image_s_ = image->stamp_s;
   // A compass may skip images; it then has no heading at this time.
   if (!estimate_ || estimate_s_ != image->stamp_s) return std::nullopt;

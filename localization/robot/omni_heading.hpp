@@ -24,12 +24,14 @@ class OmniHeading : public HeadingSource {
               const Eigen::Vector2d& position);
 
   /// Adds the possible turn between the times of frame and image to the variance.
-  std::optional<HeadingPrior> At(double stamp_s, const Image* image) override;
+  std::optional<HeadingPrior> At(double stamp_s,
+                                 const Image* image,
+                                 const std::optional<wheels::RelativeTurn>& turn) override;
   void Locate(double stamp_s, const std::optional<Pose2>& T_map_base) override;
   [[nodiscard]] HeadingReport Report() const override;
 
  private:
-  void Process(const Image& image);
+  void Process(const Image& image, const std::optional<wheels::RelativeTurn>& turn);
 
   calib::MirrorView view_;
   std::unique_ptr<compass::Compass> compass_;

@@ -8,7 +8,9 @@ SampleHeading::SampleHeading(HeadingFrame frame) : frame_(frame) {
   report_.sensor = HeadingSensor::kSamples;
 }
 
-std::optional<HeadingPrior> SampleHeading::At(double stamp_s, const Image* /*image*/) {
+std::optional<HeadingPrior> SampleHeading::At(double stamp_s,
+                                              const Image* /*image*/,
+                                              const std::optional<wheels::RelativeTurn>& /*turn*/) {
   std::optional<HeadingPrior> heading = track_.At(stamp_s);
   track_.DropBefore(stamp_s);
   if (!heading) {

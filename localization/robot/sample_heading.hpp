@@ -14,7 +14,9 @@ class SampleHeading : public HeadingSource {
   /// @throws InputError on an invalid sample, or one that is not later than the one before.
   void Add(const HeadingSample& sample) { track_.Add(sample); }
 
-  std::optional<HeadingPrior> At(double stamp_s, const Image* image) override;
+  std::optional<HeadingPrior> At(double stamp_s,
+                                 const Image* image,
+                                 const std::optional<wheels::RelativeTurn>& turn) override;
   void Locate(double /*stamp_s*/, const std::optional<Pose2>& /*T_map_base*/) override {}
   [[nodiscard]] HeadingReport Report() const override { return report_; }
 

@@ -27,7 +27,8 @@ struct Task {
   Twist2 velocity;
   std::optional<Image> forward;
   std::optional<Image> omni;
-  std::optional<HeadingPrior> heading;  // by samples
+  std::optional<wheels::RelativeTurn> omni_turn;  // since the mirror image before
+  std::optional<HeadingPrior> heading;            // by samples
   std::optional<wheels::RelativeMotion> wheels;
   HeadingSource* by_camera = nullptr;  // null: no camera gives headings
   std::optional<TiltAngles> residual;  // feedback
@@ -72,7 +73,8 @@ struct Sensors::Impl {
   cv::Mat forward_grey;
   wheels::DeadReckoning reckoning;
   wheels::WheelCalibrator calibrator;
-  std::optional<double> last_up_s;  // of the upward frame before
+  std::optional<double> last_up_s;    // of the upward frame before
+  std::optional<double> last_omni_s;  // of the mirror image before
   std::int64_t unreckoned = 0;
 
   // Feedback for the next frame that is measured; it waits while one is being measured.
@@ -82,6 +84,8 @@ struct Sensors::Impl {
   std::future<Frame> measuring;
 
   Task Prepare(const Image& up);
+  [[nodiscard]] bool HasWheels() const;
+  std::optional<wheels::RelativeTurn> TurnTo(double stamp_s);
   std::optional<wheels::RelativeMotion> MotionTo(double stamp_s);
   Frame Measure(const Task& task);
   compensation::TiltEstimate MeasureTilt(const Task& task);
@@ -95,21 +99,30 @@ Task Sensors::Impl::Prepare(const Image& up) {
   task.velocity = velocity.At(up.stamp_s).value_or(Twist2{});
   task.forward = forward.Nearest(up.stamp_s);
   task.omni = omni.Nearest(up.stamp_s);
-  if (samples) task.heading = samples->At(up.stamp_s, nullptr);
+  if (samples) task.heading = samples->At(up.stamp_s, nullptr, std::nullopt);
   task.wheels = MotionTo(up.stamp_s);
+  if (task.omni) task.omni_turn = TurnTo(task.omni->stamp_s);
   task.by_camera = by_camera.get();
   task.residual = std::exchange(residual, std::nullopt);
   task.located = std::exchange(located, std::nullopt);
   return task;
 }
 
+bool Sensors::Impl::HasWheels() const {
+  return reckoning.Samples() > 0 && calibrator.Fault() == wheels::WheelFault::kNone;
+}
+
+/// Turn since the mirror image before.
+std::optional<wheels::RelativeTurn> Sensors::Impl::TurnTo(double stamp_s) {
+  const std::optional<double> before_s = std::exchange(last_omni_s, stamp_s);
+  if (!HasWheels() || !before_s || !(stamp_s > *before_s)) return std::nullopt;
+  return reckoning.TurnBetween(*before_s, stamp_s);
+}
+
 /// Motion since the upward frame before.
 std::optional<wheels::RelativeMotion> Sensors::Impl::MotionTo(double stamp_s) {
   const std::optional<double> before_s = std::exchange(last_up_s, stamp_s);
-  if (reckoning.Samples() == 0 || !before_s || !(stamp_s > *before_s) ||
-      calibrator.Fault() != wheels::WheelFault::kNone) {
-    return std::nullopt;
-  }
+  if (!HasWheels() || !before_s || !(stamp_s > *before_s)) return std::nullopt;
   std::optional<wheels::RelativeMotion> motion = reckoning.Between(*before_s, stamp_s);
   if (!motion) ++unreckoned;
   return motion;
@@ -139,7 +152,7 @@ Sensors::Frame Sensors::Impl::Measure(const Task& task) {
       task.by_camera->Locate(task.located->stamp_s, task.located->T_map_base);
     }
     heading = std::async(std::launch::async, [this, &task] {
-      return task.by_camera->At(task.up.stamp_s, task.HeadingImage(by_colours));
+      return task.by_camera->At(task.up.stamp_s, task.HeadingImage(by_colours), task.omni_turn);
     });
   }
   if (tilt) {
@@ -206,15 +219,7 @@ SensorsReport Sensors::Sensed() const {
   report.omni = me.omni.Report();
   if (me.by_camera) report.heading = me.by_camera->Report();
   if (me.samples) report.heading = me.samples->Report();
-  report.wheels = {me.reckoning.Samples(),
-                   me.reckoning.HasGyro(),
-                   me.unreckoned,
-                   me.calibrator.Model(),
-                   me.calibrator.Pieces(),
-                   me.calibrator.Slips(),
-                   me.calibrator.Fault(),
-                   me.calibrator.TravelRatio(),
-                   me.calibrator.TurnRatio()};
+  report.wheels = {me.reckoning, me.calibrator, me.unreckoned};
   return report;
 }
 

@@ -6,7 +6,7 @@
 #include "calib/base/heading.hpp"
 #include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
-#include "calib/wheels/wheel_calibrator.hpp"
+#include "calib/wheels/wheels_report.hpp"
 #include "compensation/tilt_estimator.hpp"
 #include "localization/compass/colour/colour_model.hpp"
 #include "localization/robot/camera_stream.hpp"
@@ -29,22 +29,6 @@ struct SensorsParams {
   double max_offset_s = 0.05;
 };
 
-/// What wheels and gyro contributed so far.
-struct WheelsReport {
-  std::int64_t samples = 0;  ///< of the wheels
-  bool gyro = false;
-  std::int64_t missing = 0;  ///< upward frames whose motion the wheels do not tell
-  /// As estimated in the run. What the drive did not show has the values and standard deviations
-  /// of the rig, or the defaults.
-  wheels::WheelModel model;
-  std::int64_t pieces = 0;  ///< of the way, that were compared with the ceiling
-  std::int64_t slips = 0;   ///< of these, that contradict it
-  /// Not kNone: the odometry was not used from then on.
-  wheels::WheelFault fault = wheels::WheelFault::kNone;
-  double travel_ratio = 0;  ///< seen / reported, with a fault
-  double turn_ratio = 0;
-};
-
 /// What the sensors beside the upward camera contributed so far.
 struct SensorsReport {
   std::optional<compensation::TiltReport> tilt;  ///< nothing: tilt is not measured
@@ -52,7 +36,7 @@ struct SensorsReport {
   StreamReport forward;  ///< missing: all upward frames when no forward image came
   StreamReport omni;
   std::optional<HeadingReport> heading;  ///< nothing: no headings came
-  WheelsReport wheels;
+  wheels::WheelsReport wheels;
 };
 
 /// The sensors of a robot beside its upward camera, as CeilingMapper and CeilingLocalizer take

@@ -141,6 +141,7 @@ std::vector<cv::Point2d> HeightMap::Settle(const std::vector<graph::Keyframe>& k
 }
 
 float HeightMap::RatioAt(double x_map, double y_map) const {
+  if (empty()) return 0;
   const store::MosaicGrid& grid = Grid();
   return Interpolate(static_cast<float>((x_map - grid.min_x) / grid.resolution - 0.5),
                      static_cast<float>((grid.max_y - y_map) / grid.resolution - 0.5),

@@ -360,12 +360,16 @@ CEILMAP_INLINE void SampleRows(const Columns& columns,
   const Affine& m = block.map;
   const Spacing spacing(m.yy);
   const float origin = m.y0 - static_cast<float>(columns.first_row);
+  // Rounding may put the first sample before the rows that it needs.
+  const auto least = static_cast<float>(1 + spacing.shorter);
   Tile tile;
   for (int b = 0; b < block.rows; b += 8) {
     for (int i = 0; i < 8; ++i) {
       Eight& value = tile[static_cast<std::size_t>(i)];
+      const float position =
+          m.yx * static_cast<float>(a + i) + m.yy * static_cast<float>(b) + origin;
       SampleLine(columns.values[static_cast<std::size_t>(i)].data(),
-                 m.yx * static_cast<float>(a + i) + m.yy * static_cast<float>(b) + origin,
+                 std::max(position, least),
                  spacing,
                  value);
       total += value;

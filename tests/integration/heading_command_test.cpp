@@ -156,6 +156,51 @@ TEST_F(HeadingCommand, UsesTheTravelOfPoses) {
   EXPECT_NE(run("dense.csv", {"--travel=@dense.tum"}), alone);
 }
 
+TEST_F(HeadingCommand, GyroAndWheelsGoOnInTheDark) {
+  const std::vector<std::string> input{
+      "--rig=@rig.yaml", "--omni=@dark", "--stamps=@stamps.csv", "--force", "-o", "h.csv"};
+  const auto run = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), input.begin(), input.end());
+    return Run(more);
+  };
+  ASSERT_EQ(run({}).exit_code, 0);
+  const auto alone = files::ReadHeadings(out_ / "h.csv");
+  const std::size_t last = kDarkTo - 1;
+  EXPECT_NEAR(alone[last].heading_rad / kRadPerDeg, TurnAt(kDarkFrom - 1), 0.6);
+  for (const auto& sensors :
+       std::vector<std::vector<std::string>>{{"--gyro=@gyro.csv"},
+                                             {"--odometry=@wheels.csv"},
+                                             {"--odometry=@wheels.csv", "--gyro=@gyro.csv"}}) {
+    const support::ProcessResult result = run(sensors);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    ExpectTurns("h.csv", 100, 0.1);
+    const auto headings = files::ReadHeadings(out_ / "h.csv");
+    // The sign of the turns is not proven by so few of them.
+    EXPECT_GT(headings[last].sigma_rad, 2 * headings[kDarkFrom - 1].sigma_rad);
+  }
+}
+
+TEST_F(HeadingCommand, WritesWhatItFoundOfTheGyro) {
+  const support::ProcessResult result = Run({"--rig=@rig.yaml",
+                                             "--omni=@omni",
+                                             "--stamps=@stamps.csv",
+                                             "--gyro=@gyro.csv",
+                                             "--rig-out=found.yaml",
+                                             "-o",
+                                             "h.csv",
+                                             "--summary=s.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(out_.Names(), UnorderedElementsAre("found.yaml", "h.csv", "s.json"));
+  const auto wheels = nlohmann::json::parse(ReadAll(out_ / "s.json"))["quality"]["wheels"];
+  EXPECT_GE(wheels["compared"], 2);
+  const double bias = wheels["gyro_bias_deg_s"]["value"];
+  const double sigma = wheels["gyro_bias_deg_s"]["sigma"];
+  EXPECT_NEAR(bias, 0.01 / kRadPerDeg, 3 * sigma);
+  EXPECT_LT(sigma, 0.9 * 0.01 / kRadPerDeg);
+  EXPECT_THAT(ReadAll(out_ / "found.yaml"), HasSubstr("gyro_bias"));
+}
+
 TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
   if (!figures::FindGnuplot()) GTEST_SKIP() << "gnuplot is not installed";
   const support::ProcessResult result = Run({"--panorama=@panoramas",

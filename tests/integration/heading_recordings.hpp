@@ -16,6 +16,8 @@
 
 namespace ceilmap::integration {
 constexpr int kTurnFrames = 16;
+constexpr int kDarkFrom = 5;  // in `dark`, frames without light
+constexpr int kDarkTo = 9;
 const cv::Size kMirrorImage(240, 240);
 const calib::MirrorRing kMirrorRing{{121, 118}, 30, 110};
 
@@ -59,6 +61,10 @@ class HeadingCommand : public testing::Test {
     }
     support::WriteImages(in_ / "omni", omni);
     support::WriteImages(in_ / "panoramas", panoramas);
+    std::vector<cv::Mat> dark = omni;
+    for (int i = kDarkFrom; i < kDarkTo; ++i)
+      dark[i] = cv::Mat::zeros(omni[i].size(), omni[i].type());
+    support::WriteImages(in_ / "dark", dark);
     support::WriteImages(in_ / "rising", rising);
     WriteDamaged(panoramas);
     in_.Write("truth.tum", truth);
@@ -67,7 +73,30 @@ class HeadingCommand : public testing::Test {
     in_.Write("later.tum", "500 0 0 0 0 0 0 1\n");
     in_.Write("rig.yaml", OmniRig(0));
     in_.Write("turned.yaml", OmniRig(35));
+    in_.Write("gyro.csv", Gyro());
+    in_.Write("wheels.csv", Wheels());
     in_.Write("stamps.csv", support::StampsCsv(kTurnFrames, 100, 0.1));
+  }
+
+  /// A gyro at 100 Hz with a bias of 0.01 rad/s.
+  static std::string Gyro() {
+    std::string samples = "timestamp,omega_z\n";
+    for (int i = -20; i <= 10 * kTurnFrames + 20; ++i) {
+      const int frame = static_cast<int>(std::floor(0.1 * i));
+      const double rate = frame < 0 || frame + 1 >= kTurnFrames
+                              ? 0
+                              : 10 * (TurnAt(frame + 1) - TurnAt(frame)) * kRadPerDeg;
+      samples += fmt::format("{:.6f},{:.9f}\n", 100 + 0.01 * i + 0.005, rate + 0.01);
+    }
+    return samples;
+  }
+  /// Wheels that roll and turn, as poses.
+  static std::string Wheels() {
+    std::string poses = "timestamp,x,y,yaw_deg\n";
+    for (int i = 0; i < kTurnFrames; ++i) {
+      poses += fmt::format("{:.6f},0,0,{}\n", 100 + 0.1 * i, TurnAt(i));
+    }
+    return poses + "101.6,0,0,0\n";
   }
 
   /// Poses of a robot that always travels to its left, with this period in seconds.

@@ -97,6 +97,36 @@ TEST(DeadReckoning, TellsNothingAcrossAGap) {
   EXPECT_FALSE(wheels.Between(-0.1, 0.5));
 }
 
+TEST(DeadReckoning, TellsTheTurnByAGyroAlone) {
+  WheelModel model;
+  model.gyro_bias_rad_s = {0.01, 0.002};
+  model.gyro_late_s.value = 0.1;
+  DeadReckoning gyro(model);
+  for (int i = 0; i <= 40; ++i) gyro.Add(GyroSample{0.1 * i, 0.1 * i});  // rate = time
+  EXPECT_FALSE(gyro.Between(1, 2));
+  const auto turn = gyro.TurnBetween(1, 2);
+  ASSERT_TRUE(turn);
+  EXPECT_NEAR(turn->turn_rad, (2.1 * 2.1 - 1.1 * 1.1) / 2 - 0.01, 1e-12);
+  EXPECT_NEAR(turn->noise_rad2, model.gyro_noise_per_sqrt_s * model.gyro_noise_per_sqrt_s, 1e-15);
+  EXPECT_NEAR(turn->common_rad, 0.002, 1e-15);
+  EXPECT_NEAR(turn->Variance(), turn->noise_rad2 + 4e-6, 1e-15);
+  EXPECT_FALSE(turn->may_slip);
+  EXPECT_FALSE(gyro.TurnBetween(-0.2, 0.5));
+  EXPECT_FALSE(gyro.TurnBetween(3, 4.2));
+}
+
+TEST(DeadReckoning, TellsTheTurnByWheelsWhereThereIsNoGyro) {
+  DeadReckoning wheels;
+  for (int i = 0; i <= 40; ++i) wheels.Add(OdometrySample{0.1 * i, OnCircle(0.1 * i)});
+  const auto motion = wheels.Between(1, 2);
+  const auto turn = wheels.TurnBetween(1, 2);
+  ASSERT_TRUE(motion && turn);
+  EXPECT_NEAR(turn->turn_rad, kTurnRate, 1e-9);
+  EXPECT_NEAR(turn->Variance(), motion->Covariance()(2, 2), 1e-15);
+  EXPECT_TRUE(turn->may_slip);
+  EXPECT_TRUE((RelativeTurn{0, 0, 0, false} + *turn).may_slip);
+}
+
 TEST(DeadReckoning, RefusesWhatCannotBe) {
   DeadReckoning wheels;
   wheels.Add(OdometrySample{1, {}});

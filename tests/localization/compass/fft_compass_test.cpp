@@ -12,6 +12,7 @@
 #include "calib/base/error.hpp"
 #include "calib/base/pose2.hpp"
 #include "tests/localization/compass/panorama_room.hpp"
+#include "tests/localization/compass/panoramas.hpp"
 
 namespace ceilmap::compass {
 namespace {
@@ -195,6 +196,95 @@ TEST(FftCompass, HoldsItsHeadingWithoutTexture) {
   // Then the heading is known again.
   EXPECT_GT(run.estimates[30].confidence, 0.5);
   EXPECT_LT(std::abs(run.errors_rad.back()), 1.2 * kRadPerDeg);
+}
+
+/// Drives with turns that wheels or a gyro tell: the true ones, and `error_rad` more at a frame.
+/// @param slips  wheels; else a gyro.
+template <typename Change, typename TurnError>
+Drove DriveKnown(const PanoramaRoom& room,
+                 const std::vector<Pose2>& poses,
+                 bool slips,
+                 Change change,
+                 TurnError error_rad) {
+  FftCompass compass;
+  Drove run;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    PanoramaFrame frame;
+    frame.panorama = room.Render(poses[i]);
+    frame.stamp_s = 0.1 * static_cast<double>(i);
+    change(i, frame.panorama);
+    if (i > 0) {
+      constexpr double kNoiseRad2 = 1e-6;
+      const double turn = WrapAngle(poses[i].yaw - poses[i - 1].yaw);
+      frame.turn = {turn + error_rad(i), kNoiseRad2, 1e-5, slips};
+    }
+    run.estimates.push_back(compass.Next(frame).value());
+    run.errors_rad.push_back(Error(run.estimates.back(), poses[0], poses[i]));
+  }
+  return run;
+}
+
+constexpr auto kAsRendered = [](std::size_t, cv::Mat&) {};
+constexpr auto kNoError = [](std::size_t) { return 0.0; };
+
+TEST(FftCompass, AKnownTurnGoesOnWhereNothingIsSeen) {
+  const auto dark = [](std::size_t i, cv::Mat& panorama) {
+    if (i >= 20 && i < 50) panorama = cv::Scalar::all(2);
+  };
+  const Drove run = DriveKnown(PanoramaRoom(9), Circle(1), false, dark, kNoError);
+  for (std::size_t i = 20; i < 50; ++i) {
+    EXPECT_EQ(run.estimates[i].confidence, 0);
+    EXPECT_FALSE(run.estimates[i].seen);
+    EXPECT_GT(run.estimates[i].variance_rad2, run.estimates[i - 1].variance_rad2);
+  }
+  // The last reference is far away: soon a new one begins.
+  for (std::size_t i = 56; i < run.estimates.size(); ++i) {
+    EXPECT_GT(run.estimates[i].confidence, 0.5) << i;
+  }
+  EXPECT_LT(run.Largest(), 1.2 * kRadPerDeg);
+  EXPECT_LT(std::sqrt(run.estimates[49].variance_rad2), 1 * kRadPerDeg);
+}
+
+TEST(FftCompass, APanoramaThatContradictsTheTurnIsDropped) {
+  // As if all that is seen had turned with the robot, and further.
+  const auto deceived = [](std::size_t i, cv::Mat& panorama) {
+    if (i >= 20 && i < 30) panorama = Rolled(panorama, panorama.cols / 9);
+  };
+  for (const bool slips : {false, true}) {
+    const Drove known = DriveKnown(PanoramaRoom(9), Circle(0.2), slips, kAsRendered, kNoError);
+    EXPECT_GT(known.estimates[22].confidence, 0.5);
+    const Drove run = DriveKnown(PanoramaRoom(9), Circle(0.2), slips, deceived, kNoError);
+    for (std::size_t i = 20; i < 24; ++i) {
+      EXPECT_EQ(run.estimates[i].confidence, 0) << i;
+      EXPECT_TRUE(run.estimates[i].seen) << i;
+      EXPECT_LT(std::abs(run.errors_rad[i]), 1 * kRadPerDeg) << i;
+    }
+  }
+  FftCompass compass;
+  EXPECT_GT(Drive(compass, PanoramaRoom(9), Circle(0.2), deceived).Largest(), 30 * kRadPerDeg);
+}
+
+TEST(FftCompass, WheelsThatSlippedAreFoundOutAGyroIsBelieved) {
+  const auto slip = [](std::size_t i) { return i == 20 ? 0.4 : 0.0; };
+  const Drove wheels = DriveKnown(PanoramaRoom(9), Circle(0.5), true, kAsRendered, slip);
+  for (std::size_t i = 20; i < 24; ++i) {
+    EXPECT_EQ(wheels.estimates[i].confidence, 0) << i;
+    EXPECT_LT(std::abs(wheels.errors_rad[i]), 1.2 * std::sqrt(wheels.estimates[i].variance_rad2));
+  }
+  for (std::size_t i = 25; i < wheels.estimates.size(); ++i) {
+    EXPECT_GT(wheels.estimates[i].confidence, 0.5) << i;
+    EXPECT_LT(std::abs(wheels.errors_rad[i]), 1 * kRadPerDeg) << i;
+  }
+  const Drove gyro = DriveKnown(PanoramaRoom(9), Circle(0.5), false, kAsRendered, slip);
+  EXPECT_NEAR(gyro.errors_rad.back(), 0.4, 1 * kRadPerDeg);
+}
+
+TEST(FftCompass, KnownTurnsMakeTheHeadingMoreCertain) {
+  FftCompass compass;
+  const Drove alone = Drive(compass, PanoramaRoom(4), Straight());
+  const Drove known = DriveKnown(PanoramaRoom(4), Straight(), false, kAsRendered, kNoError);
+  EXPECT_LT(known.estimates.back().variance_rad2, 0.9 * alone.estimates.back().variance_rad2);
+  EXPECT_LT(known.Largest(), alone.Largest());
 }
 
 TEST(FftCompass, AUniformRecordingHasNoHeading) {

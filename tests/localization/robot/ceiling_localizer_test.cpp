@@ -171,7 +171,7 @@ TEST_F(CeilingLocalizerTest, WheelsAndGyroLeadThroughTheDark) {
       EXPECT_LT(std::abs(WrapAngle(T.yaw - truths[i].yaw)), 0.01) << i;
       EXPECT_GT(estimate.pose.covariance(0, 0), 0);
     }
-    const WheelsReport report = localizer.Sensed().wheels;
+    const wheels::WheelsReport report = localizer.Sensed().wheels;
     EXPECT_EQ(report.gyro, gyro);
     EXPECT_EQ(report.missing, 0);
     EXPECT_GT(report.samples, 60);

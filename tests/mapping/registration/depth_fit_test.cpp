@@ -117,7 +117,7 @@ TEST(DepthFit, AKnownMotionIsKept) {
 }
 
 TEST(DepthFit, TooFewBlocks) {
-  std::vector<PlaneShift> shifts = Shifts({0.1, 0, 0, 0, 0, 0}, 0, 0.01);
+  std::vector<PlaneShift> shifts = Shifts({0.1, 0, 0, 0, 0, 0}, 0.1, 0.01);
   shifts.resize(5);
   EXPECT_FALSE(FitDepthMotion(kCamera, shifts, {}).ok);
 }

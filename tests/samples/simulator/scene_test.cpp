@@ -258,6 +258,7 @@ TEST(Scene, SamplesAreValid) {
                            "corridor",
                            "lens",
                            "debris",
+                           "omni-dark",
                            "omni-rooms",
                            "passing-car",
                            "periodic-turns",
