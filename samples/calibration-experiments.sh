@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Calibration on simulated robots whose rigs are known: ten upward cameras, mounted up to 15 degrees askew, with and without
-# rolling shutters, half of them with fisheye lenses, each calibrated from a turn on the spot and a straight drive; and ten
-# cameras under a mirror that is off the picture's centre, each from a turn. Prints errors, standard deviations and their ratio.
+# rolling shutters, half of them with fisheye lenses, each calibrated from a turn on the spot and a straight drive, with wheels
+# and a gyro; and ten cameras under a mirror that is off the picture's centre, each from a turn. Prints errors, standard deviations and their ratio.
 #   samples/calibration-experiments.sh [OUTPUT_DIR] [RIGS]     default: samples/out/calibration, 10
 # shellcheck disable=SC2154  # values of a rig: draw names them
 set -euo pipefail
@@ -49,6 +49,9 @@ draw() {
         printf "focal=%.1f\n", 400 / (wide - 0.02 * wide ^ 3 + 0.005 * wide ^ 5)
         printf "model=equidistant\ndistortion=-0.02, 0.005, 0, 0\n"
       }
+      printf "wheel_error=%.4f\ntrack_error=%.4f\n", between(-0.03, 0.03), between(-0.04, 0.04)
+      printf "wheels_late=%.4f\ngyro_late=%.4f\n", between(-0.03, 0.05), between(-0.03, 0.05)
+      printf "gyro_bias=%.4f\n", between(-0.6, 0.6)
     }'
 }
 
@@ -81,6 +84,14 @@ forward:
   mount_yaw_deg: $forward_yaw
   mount_pitch_deg: $forward_pitch
   mount_roll_deg: $forward_roll
+wheels:
+  scale_error_ratio: $wheel_error
+  track_width_error_ratio: $track_error
+  translation_noise_per_sqrt_m: 0.002
+  yaw_noise_deg_per_sqrt_m: 0.4
+  encoder_step_m: 0.0005
+  clock_offset_s: $wheels_late
+gyro: {noise_deg_s: 0.1, bias_deg_s: $gyro_bias, bias_walk_deg_s_per_sqrt_s: 0.002, clock_offset_s: $gyro_late}
 picture: {exposure_drift: 0.02}
 path: {kind: tum, tum_file: $1}
 SCENE
@@ -183,7 +194,8 @@ tell() {
   }
   END {
     unit["a_m"] = unit["camera_y_m"] = unit["distance_m"] = "mm"
-    unit["readout_ms"] = "ms"
+    unit["readout_ms"] = unit["wheels_late_ms"] = unit["gyro_late_ms"] = "ms"
+    unit["wheel_scale"] = unit["turn_scale"] = "%"; unit["gyro_bias_deg_s"] = "deg/s"
     unit["yaw_deg"] = unit["pitch_deg"] = unit["roll_deg"] = "deg"
     unit["forward_yaw_deg"] = unit["forward_pitch_deg"] = unit["forward_roll_deg"] = "deg"
     unit["centre_u_px"] = unit["centre_v_px"] = unit["outer_radius_px"] = unit["inner_radius_px"] = "px"
@@ -215,7 +227,9 @@ for ((rig = 1; rig <= rigs; ++rig)); do
   "$ceilmap" calibrate rig --force --quiet --rig "$out/rough-$rig.yaml" --spin "$out/spin-$rig/up.mp4" \
     --straight "$out/straight-$rig/up.mp4" --distance "$length" --spin-stamps "$out/spin-$rig/frames.csv" \
     --straight-stamps "$out/straight-$rig/frames.csv" --spin-forward "$out/spin-$rig/forward.mp4" \
-    --straight-forward "$out/straight-$rig/forward.mp4" -o "$out/rig-$rig.yaml" --summary "$out/rig-$rig.json"
+    --straight-forward "$out/straight-$rig/forward.mp4" --spin-odometry "$out/spin-$rig/odometry.csv" \
+    --straight-odometry "$out/straight-$rig/odometry.csv" --spin-gyro "$out/spin-$rig/gyro.csv" \
+    --straight-gyro "$out/straight-$rig/gyro.csv" -o "$out/rig-$rig.yaml" --summary "$out/rig-$rig.json"
   summary=$out/rig-$rig.json
   {
     compare "$summary" "$rig" a_m "$axle" 1000
@@ -227,6 +241,11 @@ for ((rig = 1; rig <= rigs; ++rig)); do
     compare "$summary" "$rig" forward_yaw_deg "$forward_yaw" 1
     compare "$summary" "$rig" forward_pitch_deg "$forward_pitch" 1
     compare "$summary" "$rig" forward_roll_deg "$forward_roll" 1
+    compare "$summary" "$rig" wheel_scale "$(awk -v e="$wheel_error" 'BEGIN { print 1 / (1 + e) }')" 100
+    compare "$summary" "$rig" turn_scale "$(awk -v e="$track_error" 'BEGIN { print 1 / (1 + e) }')" 100
+    compare "$summary" "$rig" wheels_late_ms "$(awk -v s="$wheels_late" 'BEGIN { print 1000 * s }')" 1
+    compare "$summary" "$rig" gyro_bias_deg_s "$gyro_bias" 1
+    compare "$summary" "$rig" gyro_late_ms "$(awk -v s="$gyro_late" 'BEGIN { print 1000 * s }')" 1
     compare "$summary" "$rig" distance_m "$(awk -v h="$ceiling" -v z="$height" 'BEGIN { print h - z }')" 1000
   } >>"$results"
 

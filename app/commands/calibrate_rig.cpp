@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -15,7 +16,9 @@
 #include "app/recordings/rig_recording.hpp"
 #include "app/recordings/rig_warnings.hpp"
 #include "app/recordings/synchronized_stream.hpp"
+#include "app/recordings/wheel_inputs.hpp"
 #include "app/reports/rig_calibration_report.hpp"
+#include "app/reports/wheel_report.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
@@ -26,6 +29,7 @@
 #include "calib/robot_rig.hpp"
 #include "compensation/mount/forward_mount_from_motion.hpp"
 #include "compensation/mount/up_mount.hpp"
+#include "compensation/mount/wheel_constants.hpp"
 
 namespace fs = std::filesystem;
 
@@ -170,6 +174,59 @@ std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& p
       *rig.forward, motions, up, params.lens_sigma_px, fmt::format("{}", fmt::join(names, ", ")));
 }
 
+// The samples of a recording.
+// @param axle_behind_m  speeds are those of the axle.
+mount::DriveSensors SensorsOf(const fs::path& odometry,
+                              const fs::path& gyro,
+                              double axle_behind_m) {
+  mount::DriveSensors sensors;
+  constexpr double kAll = std::numeric_limits<double>::infinity();
+  recordings::WheelInputs(odometry, {}, axle_behind_m).ReadTo(kAll, [&](const auto& sample) {
+    sensors.wheels.Add(sample);
+  });
+  recordings::WheelInputs({}, gyro, axle_behind_m).ReadTo(kAll, [&](const auto& sample) {
+    sensors.gyro.Add(sample);
+  });
+  return sensors;
+}
+
+// @return nothing when there are no samples.
+std::optional<mount::WheelConstants> CalibrateWheels(const CalibrateRigOptions& params,
+                                                     bool has_stamps,
+                                                     const calib::Rig& rig,
+                                                     const mount::UpMount& up) {
+  if (!params.HasWheels()) return std::nullopt;
+  if (!has_stamps) {
+    throw InputError(
+        "calibrate rig: wheels and gyro need the times of the images; give --spin-stamps and "
+        "--straight-stamps");
+  }
+  const double behind_m = up.axle_behind_mast_m.value;
+  const mount::WheelConstants found = mount::MeasureWheelConstants(
+      up,
+      SensorsOf(params.spin_odometry, params.spin_gyro, behind_m),
+      SensorsOf(params.straight_odometry, params.straight_gyro, behind_m),
+      rig.wheels.value_or(wheels::WheelModel{}));
+  const auto check = [](const fs::path& first, const fs::path& second, const auto& report) {
+    if (first.empty() && second.empty()) return;
+    const std::string name = (first.empty() ? second : first).string();
+    if (report.pieces == 0) {
+      throw InputError(fmt::format(
+          "{}: has no samples at the times of the images; do the two use the same clock?", name));
+    }
+    if (2 * report.slips >= report.pieces) {
+      throw InputError(fmt::format("{}: contradicts the ceiling in {} of {} pieces of the way: {}",
+                                   name,
+                                   report.slips,
+                                   report.pieces,
+                                   reports::CauseOf(report)));
+    }
+  };
+  check(params.spin_odometry, params.straight_odometry, found.wheels);
+  check(params.spin_gyro, params.straight_gyro, found.gyro);
+  return found;
+}
+
 void RunCalibrateRig(const CalibrateRigOptions& params,
                      const CommonOptions& common,
                      terminal::Summary& out) {
@@ -217,7 +274,10 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
         "{}: the robot drives backwards by the given rig; the straight drive is taken as ahead",
         params.straight);
   }
-  ReportReadout(params, spin.has_stamps && straight.has_stamps, result.readout);
+  const bool has_stamps = spin.has_stamps && straight.has_stamps;
+  ReportReadout(params, has_stamps, result.readout);
+  found.wheels = CalibrateWheels(params, has_stamps, rig, result);
+  if (found.wheels) values.wheels = found.wheels->model;
   const auto moving = steady_clock::now();
   calib::Rig measured = calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file);
   FitRig(params, size, forward_size, measured);
@@ -251,6 +311,9 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
       "  ceilmap calibrate rig --rig rough.yaml --spin spin/up.mp4 --spin-forward "
       "spin/forward.mp4 --straight straight/up.mp4 --straight-forward straight/forward.mp4 "
       "--ceiling-height 2.6 -o rig.yaml\n"
+      "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --spin-odometry spin.csv "
+      "--straight "
+      "straight.mp4 --straight-odometry straight.csv --ceiling-height 2.6 -o rig.yaml\n"
       "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
   auto params = std::make_shared<CalibrateRigOptions>();
   params->AddTo(*command.cli);

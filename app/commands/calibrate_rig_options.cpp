@@ -83,6 +83,28 @@ void CalibrateRigOptions::AddForward(CLI::App& cli) {
       "SOURCE");
 }
 
+void CalibrateRigOptions::AddWheels(CLI::App& cli) {
+  const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
+    return cli.add_option(name, value, text)->type_name(type)->group("Wheels and gyro");
+  };
+  add("--spin-odometry",
+      spin_odometry,
+      "Wheel odometry of the spin, for the track width: TUM, or CSV timestamp,x,y,yaw_deg or "
+      "timestamp,v,omega",
+      "WHEELS");
+  add("--straight-odometry",
+      straight_odometry,
+      "Of the straight drive, for the scale of the wheels",
+      "WHEELS");
+  add("--spin-gyro", spin_gyro, "Turn rates of the spin: timestamp,omega_z", "GYRO.csv");
+  add("--straight-gyro", straight_gyro, "Turn rates of the straight drive", "GYRO.csv");
+}
+
+bool CalibrateRigOptions::HasWheels() const {
+  return !spin_odometry.empty() || !straight_odometry.empty() || !spin_gyro.empty() ||
+         !straight_gyro.empty();
+}
+
 void CalibrateRigOptions::AddTape(CLI::App& cli) {
   const auto add = [&cli](const char* name, auto& value, const char* text) {
     return cli.add_option(name, value, text)->type_name("M")->group("Tape measure");
@@ -100,6 +122,7 @@ void CalibrateRigOptions::AddTo(CLI::App& cli) {
   AddInput(cli);
   AddTape(cli);
   AddForward(cli);
+  AddWheels(cli);
   cli.add_option(
          "--lens-sigma",
          lens_sigma_px,
@@ -113,11 +136,10 @@ void CalibrateRigOptions::AddTo(CLI::App& cli) {
                  "and with the measured rig, and tables")
       ->type_name("DIR")
       ->group("Results");
-  cli.add_option(
-         "-o,--output",
-         output,
-         "The rig with the measured a, h, pose and read-out time of the upward camera, otherwise "
-         "unchanged")
+  cli.add_option("-o,--output",
+                 output,
+                 "The rig with the measured a, h, pose and read-out time of the upward camera, and "
+                 "constants of wheels and gyro; otherwise unchanged")
       ->required()
       ->type_name("RIG.yaml")
       ->group("Results");

@@ -22,6 +22,10 @@ struct CalibrateRigOptions {
   std::string straight;
   std::string straight_forward;
   std::filesystem::path straight_stamps;
+  std::filesystem::path spin_odometry;
+  std::filesystem::path straight_odometry;
+  std::filesystem::path spin_gyro;
+  std::filesystem::path straight_gyro;
   std::optional<double> camera_height_m;
   mount::TapeMeasures tape;
   double lens_sigma_px = calibration::RigSolverParams{}.lens_sigma_px;
@@ -33,6 +37,7 @@ struct CalibrateRigOptions {
   /// Checks everything that can be checked without the recordings. @throws InputError
   void Check(files::Existing existing) const;
 
+  [[nodiscard]] bool HasWheels() const;
   /// The recordings, with the forward camera where there is one.
   [[nodiscard]] recordings::RigRecording Spin() const {
     return {spin, spin_forward, spin_stamps, {}};
@@ -45,6 +50,7 @@ struct CalibrateRigOptions {
   void AddInput(CLI::App& cli);
   void AddTape(CLI::App& cli);
   void AddForward(CLI::App& cli);
+  void AddWheels(CLI::App& cli);
 };
 
 }  // namespace ceilmap::commands

@@ -87,12 +87,45 @@ std::vector<Parameter> ForwardParameters(const calib::Rig& before,
           add("forward_roll_deg", "forward roll", angles.roll_rad, result.roll_rad)};
 }
 
+// What the recordings have shown of wheels and gyro.
+std::vector<Parameter> WheelParameters(const calib::Rig& before,
+                                       const mount::WheelConstants& result) {
+  const wheels::WheelModel was = before.wheels.value_or(wheels::WheelModel{});
+  const wheels::WheelModel& is = result.model;
+  std::vector<Parameter> shown;
+  const auto add = [&shown](const char* key,
+                            const char* name,
+                            const char* unit,
+                            double factor,
+                            const wheels::Uncertain& old,
+                            const wheels::Uncertain& found,
+                            int digits) {
+    if (!(found.sigma < old.sigma)) return;
+    const mount::Measured measured{factor * found.value, factor * found.sigma};
+    shown.push_back({key, name, unit, factor * old.value, measured, digits});
+  };
+  constexpr double kMsPerS = 1e3;
+  add("wheel_scale", "wheel scale", "", 1, was.scale, is.scale, 4);
+  add("turn_scale", "turn scale", "", 1, was.turn_scale, is.turn_scale, 4);
+  add("wheels_late_ms", "wheels late", "ms", kMsPerS, was.late_s, is.late_s, 1);
+  add("gyro_bias_deg_s",
+      "gyro bias",
+      "deg/s",
+      kDegPerRad,
+      was.gyro_bias_rad_s,
+      is.gyro_bias_rad_s,
+      3);
+  add("gyro_late_ms", "gyro late", "ms", kMsPerS, was.gyro_late_s, is.gyro_late_s, 1);
+  return shown;
+}
+
 std::vector<Parameter> ParametersOf(const calib::Rig& before, const RigFindings& result) {
   std::vector<Parameter> all = MountParameters(before, result.up);
   const auto add = [&all](const std::vector<Parameter>& more) {
     all.insert(all.end(), more.begin(), more.end());
   };
   if (result.forward) add(ForwardParameters(before, *result.forward));
+  if (result.wheels) add(WheelParameters(before, *result.wheels));
   return all;
 }
 

@@ -9,6 +9,7 @@
 #include "compensation/mount/ceiling_recording.hpp"
 #include "compensation/mount/forward_mount_from_motion.hpp"
 #include "compensation/mount/up_mount.hpp"
+#include "compensation/mount/wheel_constants.hpp"
 
 namespace ceilmap::reports {
 
@@ -16,6 +17,7 @@ namespace ceilmap::reports {
 struct RigFindings {
   mount::UpMount up;
   std::optional<mount::ForwardMount> forward;
+  std::optional<mount::WheelConstants> wheels;  ///< and gyro
 };
 
 /// The results as comment lines for the beginning of the rig file.

@@ -11,6 +11,19 @@ using wheels::Uncertain;
 using wheels::WheelFault;
 using wheels::WheelsReport;
 
+/// Whether the drive has shown a constant.
+bool Shown(const Uncertain& found, const Uncertain& before) {
+  constexpr double kBetter = 0.5;
+  return found.sigma < kBetter * before.sigma;
+}
+
+std::string WithSigma(const Uncertain& value, double unit, int decimals) {
+  return fmt::format(
+      "{:.{}f} +- {:.{}f}", unit * value.value, decimals, unit * value.sigma, decimals);
+}
+
+}  // namespace
+
 std::string CauseOf(const WheelsReport& wheels) {
   switch (wheels.fault) {
     case WheelFault::kNone:
@@ -27,19 +40,6 @@ std::string CauseOf(const WheelsReport& wheels) {
   }
   return "";
 }
-
-/// Whether the drive has shown a constant.
-bool Shown(const Uncertain& found, const Uncertain& before) {
-  constexpr double kBetter = 0.5;
-  return found.sigma < kBetter * before.sigma;
-}
-
-std::string WithSigma(const Uncertain& value, double unit, int decimals) {
-  return fmt::format(
-      "{:.{}f} +- {:.{}f}", unit * value.value, decimals, unit * value.sigma, decimals);
-}
-
-}  // namespace
 
 std::vector<std::string> WheelWarnings(const recordings::WheelInputs& inputs,
                                        const WheelsReport& wheels,

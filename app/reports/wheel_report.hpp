@@ -16,6 +16,9 @@ std::vector<std::string> WheelWarnings(const recordings::WheelInputs& inputs,
                                        const wheels::WheelsReport& wheels,
                                        const std::string& images);
 
+/// The likely cause of a fault; empty without one.
+std::string CauseOf(const wheels::WheelsReport& wheels);
+
 /// The constants found, for --summary.
 nlohmann::ordered_json WheelQuality(const wheels::WheelsReport& wheels);
 

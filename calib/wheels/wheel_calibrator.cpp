@@ -84,30 +84,36 @@ WheelModel WheelCalibrator::With(const Vector& values) const {
 
 bool WheelCalibrator::Place(double stamp_s,
                             const std::optional<PoseWithCovariance>& pose,
-                            const DeadReckoning& wheels) {
-  return Arrive(stamp_s, pose, wheels, Seen::kPose);
+                            const DeadReckoning& wheels,
+                            const std::optional<Twist2>& velocity) {
+  return Arrive(stamp_s, pose, wheels, velocity, Seen::kPose);
 }
 
 bool WheelCalibrator::PlaceHeading(double stamp_s,
                                    const std::optional<HeadingPrior>& heading,
-                                   const DeadReckoning& wheels) {
-  if (!heading) return Arrive(stamp_s, std::nullopt, wheels, Seen::kHeading);
-  PoseWithCovariance pose{Pose2{0, 0, heading->heading_rad}};
-  pose.covariance = Eigen::Vector3d(0, 0, heading->variance_rad2).asDiagonal();
-  return Arrive(stamp_s, pose, wheels, Seen::kHeading);
+                                   const DeadReckoning& wheels,
+                                   const std::optional<Twist2>& velocity) {
+  std::optional<PoseWithCovariance> pose;
+  if (heading) {
+    pose.emplace();
+    pose->pose.yaw = heading->heading_rad;
+    pose->covariance(2, 2) = heading->variance_rad2;
+  }
+  return Arrive(stamp_s, pose, wheels, velocity, Seen::kHeading);
 }
 
 bool WheelCalibrator::Arrive(double stamp_s,
                              const std::optional<PoseWithCovariance>& pose,
                              const DeadReckoning& wheels,
+                             const std::optional<Twist2>& velocity,
                              Seen seen) {
   if (!pose) {
     start_.reset();
     latest_.reset();
     return false;
   }
-  const Start now{
-      stamp_s, *pose, latest_ ? SeenVelocity(*latest_, stamp_s, pose->pose) : std::nullopt};
+  Start now{stamp_s, *pose, velocity};
+  if (!velocity && latest_) now.velocity = SeenVelocity(*latest_, stamp_s, pose->pose);
   latest_ = now;
   if (!start_) {
     start_ = now;

@@ -7,6 +7,7 @@
 
 #include "calib/base/heading.hpp"
 #include "calib/base/pose_with_covariance.hpp"
+#include "calib/base/twist2.hpp"
 #include "calib/wheels/dead_reckoning.hpp"
 
 namespace ceilmap::wheels {
@@ -39,10 +40,13 @@ class WheelCalibrator {
   /// increase.
   /// @param pose  in any frame that stays the same while there are poses. Its covariance: of the
   ///   measurement alone.
+  /// @param velocity  of the robot at this time; nothing: that since the pose before, if it is less
+  ///   than 0.3 s earlier. Without one nothing is learnt of the delays.
   /// @return true when the model has changed.
   bool Place(double stamp_s,
              const std::optional<PoseWithCovariance>& pose,
-             const DeadReckoning& wheels);
+             const DeadReckoning& wheels,
+             const std::optional<Twist2>& velocity = {});
 
   /// The same where only the heading is seen, by a compass: the turn scale or the bias of the gyro,
   /// and the delay of the turns, are estimated. Not to be mixed with Place.
@@ -50,7 +54,8 @@ class WheelCalibrator {
   ///   of the measurement alone.
   bool PlaceHeading(double stamp_s,
                     const std::optional<HeadingPrior>& heading,
-                    const DeadReckoning& wheels);
+                    const DeadReckoning& wheels,
+                    const std::optional<Twist2>& velocity = {});
 
   [[nodiscard]] const WheelModel& Model() const { return model_; }
   [[nodiscard]] std::int64_t Pieces() const { return pieces_; }
@@ -79,6 +84,7 @@ class WheelCalibrator {
   bool Arrive(double stamp_s,
               const std::optional<PoseWithCovariance>& pose,
               const DeadReckoning& wheels,
+              const std::optional<Twist2>& velocity,
               Seen seen);
   [[nodiscard]] std::optional<RelativeMotion> Reported(double from_s,
                                                        double to_s,

@@ -1,0 +1,75 @@
+#include "compensation/mount/wheel_constants.hpp"
+
+#include <cstddef>
+#include <vector>
+
+#include "calib/base/heading.hpp"
+
+namespace ceilmap::mount {
+namespace {
+
+/// Base at a keyframe.
+struct Placed {
+  double stamp_s = 0;
+  Pose2 T_first_base;
+  Twist2 velocity;
+};
+
+std::vector<Placed> PosesOf(const std::vector<Pose2>& axles,
+                            const std::vector<StampedTwist2>& velocities,
+                            const UpMount& mount) {
+  std::vector<Placed> placed;
+  const Pose2 T_axle_base{mount.axle_behind_mast_m.value, 0, 0};
+  for (std::size_t i = 0; i < axles.size() && i < velocities.size(); ++i) {
+    Pose2 T_first_axle = axles[i];
+    T_first_axle.x *= mount.distance_m.value;
+    T_first_axle.y *= mount.distance_m.value;
+    placed.push_back({velocities[i].stamp_s, T_first_axle * T_axle_base, velocities[i].velocity});
+  }
+  return placed;
+}
+
+void CompareWheels(const std::vector<Placed>& poses,
+                   const wheels::DeadReckoning& wheels,
+                   wheels::WheelCalibrator& calibrator) {
+  for (const auto& [stamp_s, T_first_base, velocity] : poses) {
+    calibrator.Place(stamp_s, PoseWithCovariance{T_first_base}, wheels, velocity);
+  }
+  calibrator.Place(0, std::nullopt, wheels);
+}
+
+void CompareGyro(const std::vector<Placed>& poses,
+                 const wheels::DeadReckoning& gyro,
+                 wheels::WheelCalibrator& calibrator) {
+  for (const auto& [stamp_s, T_first_base, velocity] : poses) {
+    calibrator.PlaceHeading(stamp_s, HeadingPrior{T_first_base.yaw, 0}, gyro, velocity);
+  }
+  calibrator.PlaceHeading(0, std::nullopt, gyro);
+}
+
+}  // namespace
+
+WheelConstants MeasureWheelConstants(const UpMount& mount,
+                                     const DriveSensors& spin,
+                                     const DriveSensors& straight,
+                                     const wheels::WheelModel& first) {
+  const std::vector<Placed> turn = PosesOf(mount.solution.spin, mount.spin_velocities, mount);
+  const std::vector<Placed> drive =
+      PosesOf(mount.solution.straight, mount.straight_velocities, mount);
+  wheels::WheelCalibrator by_wheels(first);
+  CompareWheels(turn, spin.wheels, by_wheels);
+  CompareWheels(drive, straight.wheels, by_wheels);
+  wheels::WheelCalibrator by_gyro(first);
+  CompareGyro(turn, spin.gyro, by_gyro);
+  CompareGyro(drive, straight.gyro, by_gyro);
+  WheelConstants constants;
+  constants.wheels = {spin.wheels, by_wheels, 0};
+  constants.gyro = {spin.gyro, by_gyro, 0};
+  constants.model = by_wheels.Model();
+  constants.model.gyro_bias_rad_s = by_gyro.Model().gyro_bias_rad_s;
+  constants.model.gyro_late_s = by_gyro.Model().gyro_late_s;
+  constants.model.gyro_noise_per_sqrt_s = by_gyro.Model().gyro_noise_per_sqrt_s;
+  return constants;
+}
+
+}  // namespace ceilmap::mount
