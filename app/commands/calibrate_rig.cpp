@@ -175,18 +175,17 @@ std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& p
 }
 
 // The samples of a recording.
-// @param axle_behind_m  speeds are those of the axle.
 mount::DriveSensors SensorsOf(const fs::path& odometry,
                               const fs::path& gyro,
                               double axle_behind_m) {
   mount::DriveSensors sensors;
+  sensors.wheels = wheels::DeadReckoning({}, axle_behind_m);
   constexpr double kAll = std::numeric_limits<double>::infinity();
-  recordings::WheelInputs(odometry, {}, axle_behind_m).ReadTo(kAll, [&](const auto& sample) {
+  recordings::WheelInputs(odometry, {}).ReadTo(kAll, [&](const auto& sample) {
     sensors.wheels.Add(sample);
   });
-  recordings::WheelInputs({}, gyro, axle_behind_m).ReadTo(kAll, [&](const auto& sample) {
-    sensors.gyro.Add(sample);
-  });
+  recordings::WheelInputs({}, gyro).ReadTo(kAll,
+                                           [&](const auto& sample) { sensors.gyro.Add(sample); });
   return sensors;
 }
 

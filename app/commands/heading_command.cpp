@@ -136,11 +136,10 @@ class KnownTravel {
 // Wheels and gyro of the robot, beside its panoramas.
 struct KnownTurns {
   explicit KnownTurns(const HeadingOptions& params, const recordings::PanoramaSource& source)
-      : inputs(params.wheels.odometry,
-               params.wheels.gyro,
-               source.Rig() ? source.Rig()->axle_behind_mast_m : 0),
+      : inputs(params.wheels.odometry, params.wheels.gyro),
         wheels(source.Rig() ? source.Rig()->wheels.value_or(wheels::WheelModel{})
                             : wheels::WheelModel{},
+               source.Rig() ? source.Rig()->axle_behind_mast_m : 0,
                source.Position()) {}
 
   void Complete(compass::PanoramaFrame& frame) {

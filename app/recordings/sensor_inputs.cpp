@@ -18,7 +18,7 @@ const std::filesystem::path& OwnOr(const std::filesystem::path& own,
 }  // namespace
 
 SensorInputs::SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& rig)
-    : files_(files), wheels_(files.odometry, files.gyro, rig ? rig->axle_behind_mast_m : 0) {
+    : files_(files), wheels_(files.odometry, files.gyro) {
   if (!rig) return;
   const auto keep = [this](const std::optional<calib::CameraScaling>& scaling) {
     if (scaling) scalings_.push_back(*scaling);

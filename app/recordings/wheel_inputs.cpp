@@ -4,15 +4,10 @@
 
 namespace ceilmap::recordings {
 
-WheelInputs::WheelInputs(std::filesystem::path odometry,
-                         std::filesystem::path gyro,
-                         double axle_behind_m)
+WheelInputs::WheelInputs(std::filesystem::path odometry, std::filesystem::path gyro)
     : odometry_file_(std::move(odometry)), gyro_file_(std::move(gyro)) {
   if (!odometry_file_.empty()) odometry_ = files::ReadOdometry(odometry_file_);
   if (!gyro_file_.empty()) gyro_ = files::ReadGyro(gyro_file_);
-  for (wheels::WheelSpeedSample& sample : odometry_.speeds) {
-    sample.velocity.linear_m_s.y() = sample.velocity.yaw_rad_s * axle_behind_m;
-  }
 }
 
 }  // namespace ceilmap::recordings

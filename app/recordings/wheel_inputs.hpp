@@ -12,9 +12,8 @@ class WheelInputs {
  public:
   WheelInputs() = default;
   /// @param odometry, gyro  files::ReadOdometry, files::ReadGyro; empty: there is none.
-  /// @param axle_behind_m  distance of the axle behind base: speeds are those of the axle.
   /// @throws InputError naming file and line.
-  WheelInputs(std::filesystem::path odometry, std::filesystem::path gyro, double axle_behind_m);
+  WheelInputs(std::filesystem::path odometry, std::filesystem::path gyro);
 
   /// Passes on the samples up to a moment after `stamp_s`: their clock may be late.
   /// @param add  takes each kind of sample.

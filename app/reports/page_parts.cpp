@@ -22,6 +22,11 @@ using graph::FramePose;
 using graph::TrackingStatus;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
+// A place that wheels alone tell is drawn too, with its uncertainty.
+bool IsDrawn(const FramePose& frame) {
+  return graph::HasPose(frame.status) || frame.status == TrackingStatus::kPredicted;
+}
+
 /// One value of each frame over time; NaN where it was not placed.
 page::PageSeries OverTime(const std::string& name,
                           const std::vector<FramePose>& frames,
@@ -32,7 +37,7 @@ page::PageSeries OverTime(const std::string& name,
   series.y.reserve(frames.size());
   for (const FramePose& frame : frames) {
     series.x.push_back(frame.stamp_s);
-    series.y.push_back(graph::HasPose(frame.status) ? value(frame) : kUnknown);
+    series.y.push_back(IsDrawn(frame) ? value(frame) : kUnknown);
   }
   return series;
 }
@@ -78,7 +83,7 @@ page::PagePose ToPagePose(const FramePose& frame) {
   page::PagePose pose;
   pose.stamp_s = frame.stamp_s;
   pose.status = frame.status;
-  if (!graph::HasPose(frame.status)) {
+  if (!IsDrawn(frame)) {
     pose.x = pose.y = pose.yaw_rad = kUnknown;
     return pose;
   }

@@ -165,6 +165,21 @@ std::string RigHeader(const RigFindings& found) {
     add("forward: pitch (up)", found.forward->pitch_rad, kDegPerRad, "deg");
     add("forward: roll", found.forward->roll_rad, kDegPerRad, "deg");
   }
+  if (found.wheels) {
+    const wheels::WheelModel& model = found.wheels->model;
+    const auto shown = [&add](const char* name,
+                              const wheels::Uncertain& value,
+                              const wheels::WheelsReport& by,
+                              double unit,
+                              const char* unit_name) {
+      if (by.pieces > 0) add(name, {value.value, value.sigma}, unit, unit_name);
+    };
+    shown("wheels: scale", model.scale, found.wheels->wheels, 1, "");
+    shown("wheels: turn scale", model.turn_scale, found.wheels->wheels, 1, "");
+    shown("wheels: late", model.late_s, found.wheels->wheels, 1, "s");
+    shown("gyro: bias", model.gyro_bias_rad_s, found.wheels->gyro, kDegPerRad, "deg/s");
+    shown("gyro: late", model.gyro_late_s, found.wheels->gyro, 1, "s");
+  }
   return text;
 }
 

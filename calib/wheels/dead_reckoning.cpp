@@ -50,7 +50,8 @@ auto FirstAfter(const std::deque<Sample>& samples, double stamp_s) {
 
 }  // namespace
 
-DeadReckoning::DeadReckoning(const WheelModel& model) {
+DeadReckoning::DeadReckoning(const WheelModel& model, double axle_behind_m)
+    : T_base_axle_{-axle_behind_m, 0, 0} {
   SetModel(model);
 }
 
@@ -67,7 +68,7 @@ void DeadReckoning::Add(const OdometrySample& sample) {
   }
   CheckStamp("odometry", sample.stamp_s, LastStamp(wheels_));
   speeds_ = false;
-  wheels_.push_back(sample);
+  wheels_.push_back({sample.stamp_s, T * T_base_axle_});
   ++samples_;
   DropOld(wheels_);
 }
@@ -80,10 +81,10 @@ void DeadReckoning::Add(const WheelSpeedSample& sample) {
   }
   CheckStamp("odometry", sample.stamp_s, LastStamp(wheels_));
   speeds_ = true;
-  OdometrySample pose{sample.stamp_s, {}};
+  AxlePose pose{sample.stamp_s, {}};
   if (!wheels_.empty()) {
-    const OdometrySample& before = wheels_.back();
-    pose.T_odom_base = before.T_odom_base * v.Over(sample.stamp_s - before.stamp_s);
+    const AxlePose& before = wheels_.back();
+    pose.T_odom_axle = before.T_odom_axle * v.Over(sample.stamp_s - before.stamp_s);
   }
   wheels_.push_back(pose);
   ++samples_;
@@ -172,12 +173,23 @@ RelativeMotion DeadReckoning::Step(const Pose2& reported,
 }
 
 std::optional<RelativeMotion> DeadReckoning::Between(double from_s, double to_s) const {
-  return Between(from_s, to_s, model_);
+  std::optional<RelativeMotion> motion = AxleBetween(from_s, to_s, model_);
+  if (!motion) return std::nullopt;
+  const Pose2 T_axle_base = T_base_axle_.Inverse();
+  const Pose2 T_before_now = motion->T_before_now;
+  // The turn moves base around the axle.
+  const Eigen::Vector2d lever = T_before_now.Rotation() * T_axle_base.Translation();
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J.topRightCorner<2, 1>() << -lever.y(), lever.x();
+  motion->T_before_now = T_base_axle_ * T_before_now * T_axle_base;
+  motion->noise = J * motion->noise * J.transpose();
+  motion->common = J * motion->common;
+  return motion;
 }
 
-std::optional<RelativeMotion> DeadReckoning::Between(double from_s,
-                                                     double to_s,
-                                                     const WheelModel& model) const {
+std::optional<RelativeMotion> DeadReckoning::AxleBetween(double from_s,
+                                                         double to_s,
+                                                         const WheelModel& model) const {
   const double end_s = to_s + model.late_s.value;
   double at_s = from_s + model.late_s.value;
   auto next = FirstAfter(wheels_, at_s);
@@ -186,12 +198,12 @@ std::optional<RelativeMotion> DeadReckoning::Between(double from_s,
   while (at_s < end_s) {
     // The step that contains `at_s`; after the last sample the last step goes on.
     const bool held = next == wheels_.end();
-    const OdometrySample& after = held ? wheels_.back() : *next;
-    const OdometrySample& before = held ? *std::prev(next, 2) : *std::prev(next);
+    const AxlePose& after = held ? wheels_.back() : *next;
+    const AxlePose& before = held ? *std::prev(next, 2) : *std::prev(next);
     const double gap_s = after.stamp_s - before.stamp_s;
     if (gap_s > kMaxGapS || (held && end_s - after.stamp_s > kMaxHoldS)) return std::nullopt;
     const double until_s = held ? end_s : std::min(end_s, after.stamp_s);
-    const Pose2 whole = before.T_odom_base.Inverse() * after.T_odom_base;
+    const Pose2 whole = before.T_odom_axle.Inverse() * after.T_odom_axle;
     motion = motion * Step(Interpolate(whole, (until_s - at_s) / gap_s), at_s, until_s, model);
     at_s = until_s;
     if (!held) ++next;
@@ -208,7 +220,7 @@ std::optional<RelativeTurn> DeadReckoning::TurnBetween(double from_s,
                                                        const WheelModel& model) const {
   const double late_s = model.gyro_late_s.value;
   if (const auto by_gyro = GyroTurn(from_s + late_s, to_s + late_s, model)) return by_gyro;
-  const std::optional<RelativeMotion> motion = Between(from_s, to_s, model);
+  const std::optional<RelativeMotion> motion = AxleBetween(from_s, to_s, model);
   if (!motion) return std::nullopt;
   return RelativeTurn{motion->T_before_now.yaw, motion->noise(2, 2), motion->common(2, 1), true};
 }

@@ -16,10 +16,10 @@ struct OdometrySample {
   Pose2 T_odom_base;
 };
 
-/// Speed of the robot as the wheels measure it.
+/// Speed of the middle of the axle as the wheels measure it.
 struct WheelSpeedSample {
   double stamp_s = 0;
-  Twist2 velocity;  ///< mean since the sample before
+  Twist2 velocity;  ///< mean since the sample before, in the axes of base
 };
 
 struct GyroSample {
@@ -30,13 +30,17 @@ struct GyroSample {
 /// The robot's motion between any two times, by its wheels, and by a gyro where there is one: the
 /// travel is that of the wheels, the turn that of the gyro.
 ///
+/// Errors of scale and turn are those of the axle's motion. Base may stand before the axle: then
+/// its own motion in a turn is that of the turn.
+///
 /// Wheels and gyro may have any rates. Between samples the velocity is constant; after the last one
 /// it is held for a moment, because the next sample may come later than the image. Samples of the
 /// last two minutes are kept. Not thread-safe.
 class DeadReckoning {
  public:
-  /// @throws InputError on an invalid model.
-  explicit DeadReckoning(const WheelModel& model = {});
+  /// @param axle_behind_m  distance of the axle behind base, m. @throws InputError on an invalid
+  ///   model.
+  explicit DeadReckoning(const WheelModel& model = {}, double axle_behind_m = 0);
 
   /// @throws InputError on a sample that is not finite, or not later than the one before, and when
   ///   poses and speeds are mixed.
@@ -45,16 +49,17 @@ class DeadReckoning {
   void Add(const GyroSample& sample);
 
   [[nodiscard]] const WheelModel& Model() const { return model_; }
+  [[nodiscard]] Pose2 T_base_axle() const { return T_base_axle_; }
   /// Takes better values of the constants. @throws InputError on an invalid model.
   void SetModel(const WheelModel& model);
 
-  /// @param from_s, to_s  in the clock of the images, from_s <= to_s.
+  /// The motion of base. @param from_s, to_s  in the clock of the images, from_s <= to_s.
   /// @return nothing where the wheels have a gap of more than half a second.
   [[nodiscard]] std::optional<RelativeMotion> Between(double from_s, double to_s) const;
-  /// The same with other constants.
-  [[nodiscard]] std::optional<RelativeMotion> Between(double from_s,
-                                                      double to_s,
-                                                      const WheelModel& model) const;
+  /// The motion of the axle, with other constants.
+  [[nodiscard]] std::optional<RelativeMotion> AxleBetween(double from_s,
+                                                          double to_s,
+                                                          const WheelModel& model) const;
 
   /// The turn alone, for sensors that see no travel. A gyro is enough.
   [[nodiscard]] std::optional<RelativeTurn> TurnBetween(double from_s, double to_s) const;
@@ -66,6 +71,10 @@ class DeadReckoning {
   [[nodiscard]] std::int64_t Samples() const { return samples_; }  ///< of the wheels
 
  private:
+  struct AxlePose {
+    double stamp_s = 0;
+    Pose2 T_odom_axle;
+  };
   struct Turned {  // by the gyro
     double stamp_s = 0;
     double rate_rad_s = 0;
@@ -81,7 +90,8 @@ class DeadReckoning {
                                     const WheelModel& model) const;
 
   WheelModel model_;
-  std::deque<OdometrySample> wheels_;
+  Pose2 T_base_axle_;
+  std::deque<AxlePose> wheels_;
   std::deque<Turned> gyro_;
   std::optional<bool> speeds_;  // whether speeds are added, or poses
   std::int64_t samples_ = 0;

@@ -86,7 +86,17 @@ bool WheelCalibrator::Place(double stamp_s,
                             const std::optional<PoseWithCovariance>& pose,
                             const DeadReckoning& wheels,
                             const std::optional<Twist2>& velocity) {
-  return Arrive(stamp_s, pose, wheels, velocity, Seen::kPose);
+  // What is compared is the motion of the axle, to which the constants belong.
+  const Pose2 T_base_axle = wheels.T_base_axle();
+  std::optional<PoseWithCovariance> axle;
+  if (pose) {
+    axle.emplace(PoseWithCovariance{
+        pose->pose * T_base_axle,
+        ComposeCovariance(pose->pose, pose->covariance, T_base_axle, Eigen::Matrix3d::Zero())});
+  }
+  std::optional<Twist2> axle_velocity = velocity;
+  if (velocity) axle_velocity->linear_m_s.y() += velocity->yaw_rad_s * T_base_axle.x;
+  return Arrive(stamp_s, axle, wheels, axle_velocity, Seen::kPose);
 }
 
 bool WheelCalibrator::PlaceHeading(double stamp_s,
@@ -173,7 +183,7 @@ std::optional<RelativeMotion> WheelCalibrator::Reported(double from_s,
                                                         double to_s,
                                                         const DeadReckoning& wheels,
                                                         Seen seen) const {
-  if (seen == Seen::kPose) return wheels.Between(from_s, to_s, model_);
+  if (seen == Seen::kPose) return wheels.AxleBetween(from_s, to_s, model_);
   const std::optional<RelativeTurn> turn = wheels.TurnBetween(from_s, to_s, model_);
   if (!turn) return std::nullopt;
   RelativeMotion motion;

@@ -73,7 +73,7 @@ class WheelCalibrator {
   using Jacobian = Eigen::Matrix<double, 3, kConstants>;
   struct Start {
     double stamp_s = 0;
-    PoseWithCovariance pose;
+    PoseWithCovariance pose;         // of the axle
     std::optional<Twist2> velocity;  // as seen, when it arrived
   };
 

@@ -15,16 +15,19 @@ struct Placed {
   Twist2 velocity;
 };
 
-std::vector<Placed> PosesOf(const std::vector<Pose2>& axles,
+std::vector<Placed> PosesOf(const std::vector<Pose2>& views,
                             const std::vector<StampedTwist2>& velocities,
                             const UpMount& mount) {
   std::vector<Placed> placed;
+  // A view has the axle's foot as its origin, and the axes of the levelled camera.
+  const Pose2 T_view_axle{0, 0, -mount.solution.mount.yaw_rad};
   const Pose2 T_axle_base{mount.axle_behind_mast_m.value, 0, 0};
-  for (std::size_t i = 0; i < axles.size() && i < velocities.size(); ++i) {
-    Pose2 T_first_axle = axles[i];
-    T_first_axle.x *= mount.distance_m.value;
-    T_first_axle.y *= mount.distance_m.value;
-    placed.push_back({velocities[i].stamp_s, T_first_axle * T_axle_base, velocities[i].velocity});
+  for (std::size_t i = 0; i < views.size() && i < velocities.size(); ++i) {
+    Pose2 T_first_view = views[i];
+    T_first_view.x *= mount.distance_m.value;
+    T_first_view.y *= mount.distance_m.value;
+    placed.push_back(
+        {velocities[i].stamp_s, T_first_view * T_view_axle * T_axle_base, velocities[i].velocity});
   }
   return placed;
 }

@@ -6,7 +6,8 @@
 namespace ceilmap::mount {
 
 /// Wheels and gyro during a recording of the calibration, apart from each other, so that each is
-/// compared with the ceiling by itself. Either may be empty. Longest recording: two minutes.
+/// compared with the ceiling by itself; the wheels with the distance of the axle as measured.
+/// Either may be empty. Longest recording: two minutes.
 struct DriveSensors {
   wheels::DeadReckoning wheels;
   wheels::DeadReckoning gyro;

@@ -5,8 +5,10 @@
 
 namespace ceilmap::compass {
 
-WheelTurns::WheelTurns(const wheels::WheelModel& model, const Eigen::Vector2d& camera)
-    : camera_(camera), reckoning_(model), calibrator_(model) {}
+WheelTurns::WheelTurns(const wheels::WheelModel& model,
+                       double axle_behind_m,
+                       const Eigen::Vector2d& camera)
+    : camera_(camera), reckoning_(model, axle_behind_m), calibrator_(model) {}
 
 void WheelTurns::Add(const wheels::OdometrySample& sample) {
   reckoning_.Add(sample);

@@ -19,8 +19,10 @@ namespace ceilmap::compass {
 ///     wheels.Learn(frame.stamp_s, estimate);
 class WheelTurns {
  public:
-  /// @param model  What is known before. @param camera  Position on the robot, base frame, m.
+  /// @param model  What is known before. @param axle_behind_m  distance of the axle behind base, m.
+  /// @param camera  Position on the robot, base frame, m.
   explicit WheelTurns(const wheels::WheelModel& model = {},
+                      double axle_behind_m = 0,
                       const Eigen::Vector2d& camera = Eigen::Vector2d::Zero());
 
   /// Samples may come later than the panorama by 0.15 s. @throws InputError as

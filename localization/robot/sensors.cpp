@@ -48,7 +48,7 @@ struct Sensors::Impl {
     if (!(p.max_offset_s > 0)) throw InputError("sensors: max_offset_s must be > 0");
     if (!rig) return;
     const wheels::WheelModel model = rig->wheels.value_or(wheels::WheelModel{});
-    reckoning.SetModel(model);
+    reckoning = wheels::DeadReckoning(model, rig->axle_behind_mast_m);
     calibrator = wheels::WheelCalibrator(model);
     if (rig->up && compensation::FlickerBands::Visible(rig->up->readout_time_s)) {
       bands.emplace(calib::CeilingView(*rig->up, rig->ceiling_height_m), rig->up->readout_time_s);

@@ -57,7 +57,7 @@ class Sensors {
   ///   frame than before, and when headings come from another sensor already.
   void AddHeading(const HeadingSample& sample, HeadingFrame frame);
 
-  /// Wheels: poses in a frame of their own, or speeds, not both. They may come later than the image
+  /// Wheels: poses of base in a frame of their own, or speeds of the axle, not both. They may come later than the image
   /// by 0.15 s. @throws InputError as wheels::DeadReckoning.
   void AddOdometry(const wheels::OdometrySample& sample);
   void AddOdometry(const wheels::WheelSpeedSample& sample);

@@ -46,6 +46,9 @@ TEST(PageParts, FramesWithoutAPlaceHaveNone) {
     EXPECT_THAT(pose.covariance, ElementsAre(0, 0, 0, 0));
   }
   EXPECT_EQ(ToPagePose(Unplaced(7, TrackingStatus::kRelocalized)).x, 1);
+  const page::PagePose predicted = ToPagePose(Unplaced(7, TrackingStatus::kPredicted));
+  EXPECT_EQ(predicted.x, 1);
+  EXPECT_THAT(predicted.covariance, ElementsAre(1e-6, 5e-7, 4e-6, 9e-6));
 }
 
 TEST(PageParts, FootprintIsTheCamerasViewInBase) {

@@ -97,6 +97,32 @@ TEST(DeadReckoning, TellsNothingAcrossAGap) {
   EXPECT_FALSE(wheels.Between(-0.1, 0.5));
 }
 
+// A robot that turns about its axle moves its base, by its turn and not by its travel.
+TEST(DeadReckoning, BaseMayStandBeforeTheAxle) {
+  WheelModel model;
+  model.scale = {1.1, 0};
+  model.turn_scale = {0.9, 0.02};
+  constexpr double kAxle = 0.2;
+  DeadReckoning poses(model, kAxle);
+  DeadReckoning speeds(model, kAxle);
+  for (int i = 0; i <= 20; ++i) {
+    const double yaw = 0.05 * i;
+    poses.Add(OdometrySample{0.1 * i, Pose2{0, 0, yaw} * Pose2{kAxle, 0, 0}});
+    speeds.Add(WheelSpeedSample{0.1 * i, {{0, 0}, 0.5}});
+  }
+  const Pose2 turned = Pose2{-kAxle, 0, 0} * Pose2{0, 0, 0.9} * Pose2{kAxle, 0, 0};
+  for (const DeadReckoning* wheels : {&poses, &speeds}) {
+    const auto motion = wheels->Between(0, 2);
+    ASSERT_TRUE(motion);
+    ExpectNear(motion->T_before_now, turned, 1e-9);
+    // An error of the turn moves base to the side, by the lever.
+    const Eigen::Vector3d common = motion->common.col(1);
+    EXPECT_NEAR(common.z(), 0.02, 1e-9);
+    EXPECT_NEAR(common.x(), -kAxle * std::sin(0.9) * 0.02, 1e-9);
+    EXPECT_NEAR(common.y(), kAxle * std::cos(0.9) * 0.02, 1e-9);
+  }
+}
+
 TEST(DeadReckoning, TellsTheTurnByAGyroAlone) {
   WheelModel model;
   model.gyro_bias_rad_s = {0.01, 0.002};

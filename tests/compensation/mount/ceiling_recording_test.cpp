@@ -46,6 +46,24 @@ TEST_F(CeilingRecorderTest, TurnsAddUp) {
   EXPECT_NEAR(std::abs(spin.keyframes.back().T_first_camera.yaw), 150 * kRadPerDeg, 0.01);
 }
 
+TEST(CeilingRecorder, FollowsACameraMountedAskewInLargeSteps) {
+  simulator::Scene scene = synthetic::Robot();
+  scene.camera.mount_pitch_deg = -9;
+  scene.camera.mount_roll_deg = 10;
+  const simulator::Renderer renderer(scene);
+  const calib::Rig rig = synthetic::RoughRig(renderer.GetRig());
+  const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
+  CeilingRecorder recorder("spin", view);
+  // The first steps are small, as those of a robot that starts.
+  std::vector<simulator::Frame> frames = synthetic::Spin(0.12, 60, 120);
+  for (int i = 0; i < 60; i += i < 12 ? 2 : 5) {
+    EXPECT_TRUE(recorder.Add(renderer.Render(frames[static_cast<std::size_t>(i)]))) << i;
+  }
+  // The plane of the turn is not that of the image: the angle is a rough one.
+  EXPECT_NEAR(
+      std::abs(recorder.Finish().keyframes.back().T_first_camera.yaw), 114 * kRadPerDeg, 0.1);
+}
+
 TEST_F(CeilingRecorderTest, ManyKeyframesAreThinned) {
   const CeilingRecording spin =
       synthetic::Record("spin", renderer_, view_, synthetic::Spin(0.12, 110, 550));

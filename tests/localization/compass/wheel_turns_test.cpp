@@ -73,7 +73,7 @@ TEST(WheelTurns, AGyroIsEnoughForTurnsAndItsBiasIsFound) {
 
 TEST(WheelTurns, WheelsTellTravelOfTheCameraToo) {
   const Eigen::Vector2d camera(0.2, 0.1);
-  WheelTurns turns({}, camera);
+  WheelTurns turns({}, 0, camera);
   Drive drive;
   drive.gyro = false;
   drive.Run(turns, [&](double stamp_s, const PanoramaFrame& frame) {
