@@ -40,7 +40,7 @@ rows=(
   "app/live: app/reports app/files app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
   "app/commands: app/live app/reports app/figures app/recordings app/files app/terminal app/page samples/simulator
     localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
-    mapping/graph mapping/registration compensation/mount calib/solve calib calib/base"
+    mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app: app/commands app/files app/terminal calib/base"
 )
 # tests/X may include tests/Y where X may include Y, and tests/support; and besides:

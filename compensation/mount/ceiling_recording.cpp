@@ -124,7 +124,7 @@ std::optional<Pose2> CeilingRecorder::Follow(const registration::FrameSpectrum& 
       registrar_.RefinePlane(key_.spectrum, current, camera_, LevelMotion(expected));
   constexpr int kMinBlocks = 12;
   constexpr double kMinInliers = 0.8;  // within a pixel
-  constexpr double kMaxTilt = 0.02;  // of the robot
+  constexpr double kMaxTilt = 0.02;    // of the robot
   // A camera that is mounted askew tilts against its own earlier image when the robot turns.
   constexpr double kMaxMountTilt = 0.3;
   const double max_tilt = kMaxTilt + 2 * kMaxMountTilt * std::abs(std::sin(fit.motion.yaw / 2));

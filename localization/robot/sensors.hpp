@@ -57,8 +57,8 @@ class Sensors {
   ///   frame than before, and when headings come from another sensor already.
   void AddHeading(const HeadingSample& sample, HeadingFrame frame);
 
-  /// Wheels: poses of base in a frame of their own, or speeds of the axle, not both. They may come later than the image
-  /// by 0.15 s. @throws InputError as wheels::DeadReckoning.
+  /// Wheels: poses of base in a frame of their own, or speeds of the axle, not both. They may come
+  /// later than the image by 0.15 s. @throws InputError as wheels::DeadReckoning.
   void AddOdometry(const wheels::OdometrySample& sample);
   void AddOdometry(const wheels::WheelSpeedSample& sample);
   /// A gyro gives the turn instead of the wheels. Needs odometry too.

@@ -251,26 +251,11 @@ TEST(Scene, PathOfATumFileStartsAtTheScene) {
 
 TEST(Scene, SamplesAreValid) {
   const fs::path scenes = fs::path(CEILMAP_SOURCE_DIR) / "samples" / "scenes";
-  for (const char* name : {"hall",
-                           "warehouse",
-                           "periodic",
-                           "lights-off",
-                           "corridor",
-                           "lens",
-                           "debris",
-                           "omni-dark",
-                           "omni-rooms",
-                           "passing-car",
-                           "periodic-turns",
-                           "dark-turn",
-                           "colour-room",
-                           "colour-boards",
-                           "plant",
-                           "plant-debris",
-                           "beams-corridor",
-                           "fans",
-                           "living-room",
-                           "wheels"}) {
+  for (const char* name :
+       {"hall",           "warehouse",      "periodic",    "lights-off",    "corridor",
+        "lens",           "debris",         "omni-dark",   "omni-rooms",    "passing-car",
+        "periodic-turns", "dark-turn",      "colour-room", "colour-boards", "plant",
+        "plant-debris",   "beams-corridor", "fans",        "living-room",   "wheels"}) {
     const fs::path file = scenes / (std::string(name) + ".yaml");
     EXPECT_NO_THROW((void)ReadScene(file)) << file;
   }
