@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Calibration on simulated robots whose rigs are known: ten upward cameras, mounted up to 15 degrees askew, with and without
 # rolling shutters, half of them with fisheye lenses, each calibrated from a turn on the spot and a straight drive, with wheels
-# and a gyro; and ten cameras under a mirror that is off the picture's centre, each from a turn. Prints errors, standard deviations and their ratio.
+# and a gyro; and ten cameras under a mirror that is off the picture's centre, each from a turn. Prints errors, standard deviations
+# and their ratio.
 #   samples/calibration-experiments.sh [OUTPUT_DIR] [RIGS]     default: samples/out/calibration, 10
 # shellcheck disable=SC2154  # values of a rig: draw names them
 set -euo pipefail
