@@ -11,7 +11,7 @@
 #include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/frame_check.hpp"
-#include "localization/compass/heading_graph.hpp"
+#include "localization/compass/reference_chain.hpp"
 #include "localization/compass/travel_track.hpp"
 #include "localization/compass/turn_check.hpp"
 #include "localization/compass/view_matcher.hpp"
@@ -22,28 +22,11 @@ using std::numbers::pi;
 
 namespace {
 
-// The reference is replaced when travel has moved the content at the sides by more than this on
-// average, rad, > 0, ...
-constexpr double kMaxParallaxRad = 0.07;
-// ... or when a smaller fraction of the sectors agrees, [0, 1].
-constexpr double kMinInlierRatio = 0.6;
-// Standard deviation of the error of a heading between two references beyond that stated by the
-// fit, rad, >= 0.
-constexpr double kReferenceSigmaRad = 0.001;
-// The error that all known turns have in common adds up as a length over the references, where
-// independent ones add up as variances: each counts as if it were one of so many, >= 1.
-constexpr double kEdges = 30;
 // Standard deviation of the robot's turn rate while nothing can be measured, rad/s, > 0.
 constexpr double kUnseenRateRadS = 0.5;
 // After this number of consecutive frames that fit no reference the robot is assumed to have
 // been carried into unknown surroundings, and a new reference is created there, >= 1.
 constexpr int kRestartAfter = 5;
-
-/// A view with its own heading in the graph.
-struct Reference {
-  std::shared_ptr<View> view;
-  int place = 0;
-};
 
 void RequireWidth(const cv::Mat& panorama) {
   constexpr int kMinColumns = 48;
@@ -70,14 +53,13 @@ void FftCompassParams::Validate() const {
 }
 
 struct FftCompass::Impl {
-  explicit Impl(const FftCompassParams& p) : params(p) {}
+  explicit Impl(const FftCompassParams& p) : params(p), references(p) {}
 
   FftCompassParams params;
   FrameCheck check;
   std::optional<ViewMatcher> matcher;
-  HeadingGraph graph;
   TravelTrack travel;
-  std::vector<Reference> references;  // by time; the last one is the current one
+  ReferenceChain references;
   std::shared_ptr<View> current;
   std::shared_ptr<View> spare;
   std::shared_ptr<View> before;  // the previous frame, while its heading was measured
@@ -93,12 +75,7 @@ struct FftCompass::Impl {
   std::int64_t profiled = 0;  // ... relative to this frame; the matcher holds the distances to it
   int unmatched = 0;          // number of consecutive frames without a match
   std::int64_t frames = 0;
-  std::int64_t made = 0;
-  std::int64_t revisited = 0;
 
-  [[nodiscard]] const HeadingGraph::Place& PlaceOf(const Reference& reference) const {
-    return graph.At(reference.place);
-  }
   void Analyze(const cv::Mat& panorama);
   std::shared_ptr<View> FreshView();
   std::optional<ParallaxFit> Match(const View& reference,
@@ -111,12 +88,8 @@ struct FftCompass::Impl {
   void Take(const ParallaxFit& fit, double stamp_s);
   void Hold(double stamp_s);
   void MakeReference(const std::shared_ptr<View>& view,
-                     double turn_rad,
-                     double variance_rad2,
+                     const ReferenceChain::Turn& turn,
                      const std::optional<wheels::RelativeTurn>& known_turn);
-  void MeasureAgainst(const Reference& old, int place, bool revisit);
-  void MeasureRevisits(int place);
-  void Forget();
   bool Retry(double stamp_s);
   bool Measure(double stamp_s);
   void Restart();
@@ -198,7 +171,7 @@ HeadingPrior FftCompass::Impl::Seen(const ParallaxFit& fit, double heading_rad) 
 
 /// Sets the heading from a turn since the last reference.
 void FftCompass::Impl::Take(const ParallaxFit& fit, double stamp_s) {
-  const HeadingGraph::Place& place = PlaceOf(references.back());
+  const HeadingGraph::Place& place = references.Last();
   const double heading = WrapAngle(place.heading_rad + fit.rotation_rad);
   turned_rad = WrapAngle(heading - estimate.heading_rad);
   estimate.heading_rad = heading;
@@ -233,97 +206,20 @@ void FftCompass::Impl::Hold(double stamp_s) {
   before.reset();
 }
 
-void FftCompass::Impl::MeasureAgainst(const Reference& old, int place, bool revisit) {
-  const double expected = WrapAngle(graph.At(place).heading_rad - PlaceOf(old).heading_rad);
-  // The direction to a place visited long before is unknown: the path since then has accumulated
-  // errors.
-  std::optional<double> direction;
-  if (!revisit) {
-    direction = travel.DirectionFrom(old.view->spot, expected, graph.At(place).heading_rad);
-  }
-  const std::optional<ParallaxFit> fit = matcher->Around(*old.view, *current, expected, direction);
-  if (!fit || fit->inlier_ratio < kMinInlierRatio) return;
-  if (std::abs(fit->parallax_rad) > 2 * kMaxParallaxRad) return;
-  const double off = WrapAngle(fit->rotation_rad - expected);
-  const double sigma = kReferenceSigmaRad;
-  const double variance = fit->variance_rad2 + sigma * sigma;
-  if (revisit) {
-    // The error of the prediction is the drift accumulated in between.
-    constexpr double kSigmas = 4;
-    const double drifted = std::abs(graph.At(place).variance_rad2 - PlaceOf(old).variance_rad2);
-    if (off * off > kSigmas * kSigmas * (drifted + variance) + 1e-3) return;
-    ++revisited;
-  }
-  graph.Measure(old.place, place, fit->rotation_rad, variance);
-}
-
-void FftCompass::Impl::MeasureRevisits(int place) {
-  const auto old = static_cast<std::ptrdiff_t>(references.size()) - 1 - params.recent_references;
-  if (old <= 0 || params.revisits == 0) return;
-  std::vector<std::pair<double, std::size_t>> similar;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(old); ++i) {
-    const double difference = matcher->Difference(*references[i].view, *current);
-    constexpr double kMaxDifference = 0.35;
-    if (difference < kMaxDifference) similar.emplace_back(difference, i);
-  }
-  const std::size_t count = std::min(similar.size(), static_cast<std::size_t>(params.revisits));
-  std::partial_sort(
-      similar.begin(), similar.begin() + static_cast<std::ptrdiff_t>(count), similar.end());
-  for (std::size_t k = 0; k < count; ++k)
-    MeasureAgainst(references[similar[k].second], place, true);
-}
-
-/// @param turn_rad, variance_rad2  Relative to the last reference.
-/// @param known_turn  the same by wheels or a gyro, an independent measurement.
+/// @param known_turn  the same turn by wheels or a gyro, an independent measurement.
 void FftCompass::Impl::MakeReference(const std::shared_ptr<View>& view,
-                                     double turn_rad,
-                                     double variance_rad2,
+                                     const ReferenceChain::Turn& turn,
                                      const std::optional<wheels::RelativeTurn>& known_turn) {
-  const Reference last = references.back();
-  const int place = graph.Add(WrapAngle(PlaceOf(last).heading_rad + turn_rad));
-  const double sigma = kReferenceSigmaRad;
-  graph.Measure(last.place, place, turn_rad, variance_rad2 + sigma * sigma);
-  if (known_turn) {
-    const double variance =
-        known_turn->noise_rad2 + kEdges * known_turn->common_rad * known_turn->common_rad;
-    graph.Measure(last.place, place, WrapAngle(known_turn->turn_rad), variance + sigma * sigma);
-  }
   // From now on only its lines are compared.
-  if (last.view != before) last.view->spectrum = {};
-  references.push_back({view, place});
-  ++made;
-  if (view == current) {
-    const auto count = static_cast<int>(references.size());
-    graph.Solve();
-    for (int i = count - 3; i >= std::max(0, count - 1 - params.recent_references); --i) {
-      MeasureAgainst(references[static_cast<std::size_t>(i)], place, false);
-    }
-    MeasureRevisits(place);
-  }
-  graph.Solve();
-  Forget();
-}
-
-/// Removes every second one of the older references, so that the rest covers the path evenly.
-void FftCompass::Impl::Forget() {
-  if (static_cast<int>(references.size()) <= params.kept_references) return;
-  std::vector<Reference> kept;
-  const std::size_t recent =
-      references.size() - static_cast<std::size_t>(std::min<int>(
-                              params.recent_references + 1, static_cast<int>(references.size())));
-  for (std::size_t i = 0; i < references.size(); ++i) {
-    if (i == 0 || i >= recent || i % 2 == 0) {
-      kept.push_back(references[i]);
-    } else {
-      graph.Remove(references[i].place);
-    }
-  }
-  references = std::move(kept);
+  if (references.LastView() != before) references.LastView()->spectrum = {};
+  references.Add(view, turn, known_turn);
+  if (view == current) references.Relate(*matcher, travel);
+  references.Settle();
 }
 
 /// The reference no longer fits: the previous frame, which did fit, becomes the reference.
 bool FftCompass::Impl::Retry(double stamp_s) {
-  if (!before || before == references.back().view) return false;
+  if (!before || before == references.LastView()) return false;
   const double heading = measured_heading_rad;
   const std::optional<double> expected = ExpectedHeading();
   const std::optional<ParallaxFit> fit =
@@ -331,13 +227,13 @@ bool FftCompass::Impl::Retry(double stamp_s) {
   if (!fit || known.Contradicts(SinceMeasured(*fit, heading), ComparisonVariance(*fit))) {
     return false;
   }
-  MakeReference(before, before_turn_rad, before_variance, known.RefersToMeasured());
+  MakeReference(before, {before_turn_rad, before_variance}, known.RefersToMeasured());
   Take(*fit, stamp_s);
   return true;
 }
 
 void FftCompass::Impl::Restart() {
-  const double turn = WrapAngle(estimate.heading_rad - PlaceOf(references.back()).heading_rad);
+  const double turn = WrapAngle(estimate.heading_rad - references.Last().heading_rad);
   double variance = estimate.variance_rad2;
   if (known.SinceMeasured()) {
     variance = before_variance + known.SinceMeasured()->Variance() + known.Doubt();
@@ -345,18 +241,19 @@ void FftCompass::Impl::Restart() {
   if (known.SinceReference()) {
     variance = std::min(variance, known.SinceReference()->Variance() + known.Doubt());
   }
-  MakeReference(current, turn, variance, std::nullopt);
+  MakeReference(current, {turn, variance}, std::nullopt);
   known.RefersToThis();
   unmatched = 0;
 }
 
 /// Measures the heading of the current view. @return whether it could be measured.
 bool FftCompass::Impl::Measure(double stamp_s) {
-  const Reference& reference = references.back();
-  const double heading = PlaceOf(reference).heading_rad;
+  const double heading = references.Last().heading_rad;
   const std::optional<double> expected = ExpectedHeading();
   const std::optional<ParallaxFit> fit =
-      Match(*reference.view, heading, expected ? std::optional(*expected - heading) : std::nullopt);
+      Match(*references.LastView(),
+            heading,
+            expected ? std::optional(*expected - heading) : std::nullopt);
   const auto verdict = fit ? known.Judge(SinceMeasured(*fit, heading), ComparisonVariance(*fit))
                            : TurnCheck::Verdict::kDropped;
   if (verdict == TurnCheck::Verdict::kDropped) {
@@ -374,9 +271,9 @@ bool FftCompass::Impl::Measure(double stamp_s) {
   if (std::abs(fit->parallax_rad) <= kMaxParallaxRad && fit->inlier_ratio >= kMinInlierRatio) {
     return true;
   }
-  MakeReference(current, fit->rotation_rad, fit->variance_rad2, known.SinceReference());
+  MakeReference(current, {fit->rotation_rad, fit->variance_rad2}, known.SinceReference());
   known.RefersToThis();
-  const HeadingGraph::Place& place = PlaceOf(references.back());
+  const HeadingGraph::Place& place = references.Last();
   estimate.heading_rad = place.heading_rad;
   estimate.variance_rad2 = place.variance_rad2;
   measured_heading_rad = place.heading_rad;
@@ -400,8 +297,7 @@ std::optional<HeadingEstimate> FftCompass::Next(const PanoramaFrame& frame) {
   me.estimate.seen.reset();
   if (me.frames++ == 0) {
     me.current->spot = me.travel.Arrive(0);
-    me.references.push_back({me.current, me.graph.Add(0)});
-    me.made = 1;
+    me.references.Begin(me.current);
     me.measured_stamp_s = frame.stamp_s;
     me.estimate.confidence = me.current->spectrum.total_energy > 0 ? 1 : 0;
     return me.estimate;
@@ -429,10 +325,10 @@ DistanceProfile FftCompass::Profile() const {
 }
 
 std::int64_t FftCompass::References() const {
-  return impl_->made;
+  return impl_->references.Made();
 }
 std::int64_t FftCompass::Revisits() const {
-  return impl_->revisited;
+  return impl_->references.Revisits();
 }
 
 }  // namespace ceilmap::compass

@@ -87,7 +87,7 @@ ceilmap_add_test(settings_test
     ${CMAKE_CURRENT_LIST_DIR}/settings_test.cpp
   LINKS ceilmap_app ceilmap_commands ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
-ceilmap_add_test(readme_test
+ceilmap_add_test(readme_test COST 150
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/readme_test.cpp
   LINKS ceilmap_test_support)
