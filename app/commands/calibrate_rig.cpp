@@ -189,6 +189,25 @@ mount::DriveSensors SensorsOf(const fs::path& odometry,
   return sensors;
 }
 
+// A recording that contradicts the ceiling cannot be that of this drive. @param all  of the sensor.
+void CheckAgreement(const fs::path& file,
+                    const mount::ComparedPieces& compared,
+                    const wheels::WheelsReport& all) {
+  if (file.empty()) return;
+  if (compared.pieces == 0) {
+    throw InputError(
+        fmt::format("{}: has no samples at the times of the images; do the two use the same clock?",
+                    file.string()));
+  }
+  const bool faulty = all.fault != wheels::WheelFault::kNone;
+  if (2 * compared.slips < compared.pieces && !faulty) return;
+  throw InputError(fmt::format("{}: contradicts the ceiling in {} of {} pieces of the way; {}",
+                               file.string(),
+                               compared.slips,
+                               compared.pieces,
+                               reports::CauseOf(all)));
+}
+
 // @return nothing when there are no samples.
 std::optional<mount::WheelConstants> CalibrateWheels(const CalibrateRigOptions& params,
                                                      bool has_stamps,
@@ -206,23 +225,10 @@ std::optional<mount::WheelConstants> CalibrateWheels(const CalibrateRigOptions& 
       SensorsOf(params.spin_odometry, params.spin_gyro, behind_m),
       SensorsOf(params.straight_odometry, params.straight_gyro, behind_m),
       rig.wheels.value_or(wheels::WheelModel{}));
-  const auto check = [](const fs::path& first, const fs::path& second, const auto& report) {
-    if (first.empty() && second.empty()) return;
-    const std::string name = (first.empty() ? second : first).string();
-    if (report.pieces == 0) {
-      throw InputError(fmt::format(
-          "{}: has no samples at the times of the images; do the two use the same clock?", name));
-    }
-    if (2 * report.slips >= report.pieces) {
-      throw InputError(fmt::format("{}: contradicts the ceiling in {} of {} pieces of the way: {}",
-                                   name,
-                                   report.slips,
-                                   report.pieces,
-                                   reports::CauseOf(report)));
-    }
-  };
-  check(params.spin_odometry, params.straight_odometry, found.wheels);
-  check(params.spin_gyro, params.straight_gyro, found.gyro);
+  CheckAgreement(params.spin_odometry, found.wheels.spin, found.wheels.both);
+  CheckAgreement(params.straight_odometry, found.wheels.straight, found.wheels.both);
+  CheckAgreement(params.spin_gyro, found.gyro.spin, found.gyro.both);
+  CheckAgreement(params.straight_gyro, found.gyro.straight, found.gyro.both);
   return found;
 }
 

@@ -144,10 +144,7 @@ struct KnownTurns {
 
   void Complete(compass::PanoramaFrame& frame) {
     inputs.ReadTo(frame.stamp_s, [this](const auto& sample) { wheels.Add(sample); });
-    if (HasSamples()) wheels.Complete(frame);
-  }
-  [[nodiscard]] bool HasSamples() const {
-    return !inputs.OdometryFile().empty() || !inputs.GyroFile().empty();
+    wheels.Complete(frame);
   }
 
   recordings::WheelInputs inputs;

@@ -174,11 +174,11 @@ std::string RigHeader(const RigFindings& found) {
                               const char* unit_name) {
       if (by.pieces > 0) add(name, {value.value, value.sigma}, unit, unit_name);
     };
-    shown("wheels: scale", model.scale, found.wheels->wheels, 1, "");
-    shown("wheels: turn scale", model.turn_scale, found.wheels->wheels, 1, "");
-    shown("wheels: late", model.late_s, found.wheels->wheels, 1, "s");
-    shown("gyro: bias", model.gyro_bias_rad_s, found.wheels->gyro, kDegPerRad, "deg/s");
-    shown("gyro: late", model.gyro_late_s, found.wheels->gyro, 1, "s");
+    shown("wheels: scale", model.scale, found.wheels->wheels.both, 1, "");
+    shown("wheels: turn scale", model.turn_scale, found.wheels->wheels.both, 1, "");
+    shown("wheels: late", model.late_s, found.wheels->wheels.both, 1, "s");
+    shown("gyro: bias", model.gyro_bias_rad_s, found.wheels->gyro.both, kDegPerRad, "deg/s");
+    shown("gyro: late", model.gyro_late_s, found.wheels->gyro.both, 1, "s");
   }
   return text;
 }

@@ -26,8 +26,6 @@ std::string WithSigma(const Uncertain& value, double unit, int decimals) {
 
 std::string CauseOf(const WheelsReport& wheels) {
   switch (wheels.fault) {
-    case WheelFault::kNone:
-      return "";
     case WheelFault::kOppositeYaw:
       return "its yaw has the opposite sign: counter-clockwise, seen from above, must be positive";
     case WheelFault::kOppositeTravel:
@@ -35,6 +33,7 @@ std::string CauseOf(const WheelsReport& wheels) {
     case WheelFault::kUnits:
       return fmt::format("the way is {:.3g} times as long: it must be in metres",
                          wheels.travel_ratio);
+    case WheelFault::kNone:
     case WheelFault::kUnrelated:
       return "it may be of another robot, another recording, or another clock";
   }
@@ -90,7 +89,7 @@ nlohmann::ordered_json WheelQuality(const WheelsReport& wheels) {
           {"missing", wheels.missing},
           {"compared", wheels.pieces},
           {"slips", wheels.slips},
-          {"fault", CauseOf(wheels)},
+          {"fault", wheels.fault == WheelFault::kNone ? "" : CauseOf(wheels)},
           {"scale", json(model.scale, 1)},
           {"turn_scale", json(model.turn_scale, 1)},
           {"gyro_bias_deg_s", json(model.gyro_bias_rad_s, kDegPerRad)},

@@ -16,7 +16,7 @@ std::vector<std::string> WheelWarnings(const recordings::WheelInputs& inputs,
                                        const wheels::WheelsReport& wheels,
                                        const std::string& images);
 
-/// The likely cause of a fault; empty without one.
+/// The likely cause where odometry contradicts images.
 std::string CauseOf(const wheels::WheelsReport& wheels);
 
 /// The constants found, for --summary.

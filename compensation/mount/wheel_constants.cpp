@@ -32,22 +32,26 @@ std::vector<Placed> PosesOf(const std::vector<Pose2>& views,
   return placed;
 }
 
-void CompareWheels(const std::vector<Placed>& poses,
-                   const wheels::DeadReckoning& wheels,
-                   wheels::WheelCalibrator& calibrator) {
+ComparedPieces CompareWheels(const std::vector<Placed>& poses,
+                             const wheels::DeadReckoning& wheels,
+                             wheels::WheelCalibrator& calibrator) {
+  const ComparedPieces before{calibrator.Pieces(), calibrator.Slips()};
   for (const auto& [stamp_s, T_first_base, velocity] : poses) {
     calibrator.Place(stamp_s, PoseWithCovariance{T_first_base}, wheels, velocity);
   }
-  calibrator.Place(0, std::nullopt, wheels);
+  calibrator.Place(0, std::nullopt, wheels);  // the next recording lies elsewhere
+  return {calibrator.Pieces() - before.pieces, calibrator.Slips() - before.slips};
 }
 
-void CompareGyro(const std::vector<Placed>& poses,
-                 const wheels::DeadReckoning& gyro,
-                 wheels::WheelCalibrator& calibrator) {
+ComparedPieces CompareGyro(const std::vector<Placed>& poses,
+                           const wheels::DeadReckoning& gyro,
+                           wheels::WheelCalibrator& calibrator) {
+  const ComparedPieces before{calibrator.Pieces(), calibrator.Slips()};
   for (const auto& [stamp_s, T_first_base, velocity] : poses) {
     calibrator.PlaceHeading(stamp_s, HeadingPrior{T_first_base.yaw, 0}, gyro, velocity);
   }
   calibrator.PlaceHeading(0, std::nullopt, gyro);
+  return {calibrator.Pieces() - before.pieces, calibrator.Slips() - before.slips};
 }
 
 }  // namespace
@@ -59,15 +63,15 @@ WheelConstants MeasureWheelConstants(const UpMount& mount,
   const std::vector<Placed> turn = PosesOf(mount.solution.spin, mount.spin_velocities, mount);
   const std::vector<Placed> drive =
       PosesOf(mount.solution.straight, mount.straight_velocities, mount);
-  wheels::WheelCalibrator by_wheels(first);
-  CompareWheels(turn, spin.wheels, by_wheels);
-  CompareWheels(drive, straight.wheels, by_wheels);
-  wheels::WheelCalibrator by_gyro(first);
-  CompareGyro(turn, spin.gyro, by_gyro);
-  CompareGyro(drive, straight.gyro, by_gyro);
   WheelConstants constants;
-  constants.wheels = {spin.wheels, by_wheels, 0};
-  constants.gyro = {spin.gyro, by_gyro, 0};
+  wheels::WheelCalibrator by_wheels(first);
+  constants.wheels.spin = CompareWheels(turn, spin.wheels, by_wheels);
+  constants.wheels.straight = CompareWheels(drive, straight.wheels, by_wheels);
+  constants.wheels.both = {spin.wheels, by_wheels, 0};
+  wheels::WheelCalibrator by_gyro(first);
+  constants.gyro.spin = CompareGyro(turn, spin.gyro, by_gyro);
+  constants.gyro.straight = CompareGyro(drive, straight.gyro, by_gyro);
+  constants.gyro.both = {spin.gyro, by_gyro, 0};
   constants.model = by_wheels.Model();
   constants.model.gyro_bias_rad_s = by_gyro.Model().gyro_bias_rad_s;
   constants.model.gyro_late_s = by_gyro.Model().gyro_late_s;

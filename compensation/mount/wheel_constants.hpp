@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "calib/wheels/wheels_report.hpp"
 #include "compensation/mount/up_mount.hpp"
 
@@ -13,11 +15,24 @@ struct DriveSensors {
   wheels::DeadReckoning gyro;
 };
 
+/// Pieces of the way of a recording that were compared with the ceiling.
+struct ComparedPieces {
+  std::int64_t pieces = 0;
+  std::int64_t slips = 0;  ///< of these, that contradict it
+};
+
+/// How a sensor agrees with the ceiling.
+struct SensorAgreement {
+  ComparedPieces spin;
+  ComparedPieces straight;
+  wheels::WheelsReport both;
+};
+
 /// The constants of wheels and gyro, as the recordings of a calibration show them.
 struct WheelConstants {
-  wheels::WheelModel model;     ///< of both; what was not shown is as before
-  wheels::WheelsReport wheels;  ///< pieces 0: nothing was compared
-  wheels::WheelsReport gyro;
+  wheels::WheelModel model;  ///< of both; what was not shown is as before
+  SensorAgreement wheels;
+  SensorAgreement gyro;
 };
 
 /// Compares the robot's motion in a spin and a straight drive, as the ceiling shows it, with that

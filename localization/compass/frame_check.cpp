@@ -42,6 +42,15 @@ void FrameCheck::Take(const PanoramaFrame& frame) {
                                  frame.travel->x(),
                                  frame.travel->y()));
   }
+  if (frame.turn && !(std::isfinite(frame.turn->turn_rad) && frame.turn->noise_rad2 >= 0 &&
+                      std::isfinite(frame.turn->Variance()))) {
+    throw InputError(
+        fmt::format("panorama {}: turn {} rad with a variance of {} rad^2, must be finite, the "
+                    "variance >= 0",
+                    frames_,
+                    frame.turn->turn_rad,
+                    frame.turn->Variance()));
+  }
   size_ = panorama.size();
   type_ = panorama.type();
   stamp_s_ = frame.stamp_s;

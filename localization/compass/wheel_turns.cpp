@@ -32,6 +32,7 @@ bool WheelTurns::IsProven() const {
 void WheelTurns::Complete(PanoramaFrame& frame) {
   const std::optional<double> last_s = std::exchange(last_s_, frame.stamp_s);
   if (!last_s || !(frame.stamp_s > *last_s)) return;
+  if (reckoning_.Samples() == 0 && !reckoning_.HasGyro()) return;
   if (calibrator_.Fault() != wheels::WheelFault::kNone) return;
   frame.turn = reckoning_.TurnBetween(*last_s, frame.stamp_s);
   if (!frame.turn) ++missing_;

@@ -75,6 +75,7 @@ ceilmap_add_test(calibrate_check_test WHOLE
 ceilmap_add_test(calibrate_rig_test WHOLE
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/calibrate_rig_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/calibrate_rig_wheels_test.cpp
   LINKS ceilmap_app ceilmap_test_support fmt::fmt opencv_core)
 
 ceilmap_add_test(calibrate_mirror_test WHOLE

@@ -71,9 +71,12 @@ TEST(WheelConstants, SpinAndDriveShowAllOfThem) {
   ExpectFound(found.model.gyro_late_s, 0, 1e-3);
   EXPECT_LT(found.model.gyro_bias_rad_s.sigma, 5e-4);
   EXPECT_LT(found.model.turn_scale.sigma, 0.01);
-  EXPECT_EQ(found.wheels.slips + found.gyro.slips, 0);
-  EXPECT_GT(found.wheels.pieces, 20);
-  EXPECT_GT(found.gyro.pieces, 20);
+  EXPECT_EQ(found.wheels.both.slips + found.gyro.both.slips, 0);
+  for (const SensorAgreement& sensor : {found.wheels, found.gyro}) {
+    EXPECT_GT(sensor.spin.pieces, 10);
+    EXPECT_GT(sensor.straight.pieces, 10);
+    EXPECT_EQ(sensor.both.pieces, sensor.spin.pieces + sensor.straight.pieces);
+  }
 }
 
 TEST(WheelConstants, WhatWasNotRecordedStays) {
@@ -82,10 +85,24 @@ TEST(WheelConstants, WhatWasNotRecordedStays) {
   spin.wheels = wheels::DeadReckoning();
   const DriveSensors nothing;
   const WheelConstants found = MeasureWheelConstants(Mount(), spin, nothing, before);
-  EXPECT_EQ(found.wheels.pieces, 0);
+  EXPECT_EQ(found.wheels.both.pieces, 0);
+  EXPECT_EQ(found.gyro.straight.pieces, 0);
   EXPECT_EQ(found.model.scale.sigma, before.scale.sigma);
   EXPECT_EQ(found.model.turn_scale.value, before.turn_scale.value);
   ExpectFound(found.model.gyro_bias_rad_s, 0.005, 3e-4);
+}
+
+TEST(WheelConstants, ARecordingOfAnotherDriveIsToldApart) {
+  const DriveSensors spin = Sensors(true, 0, 0, 0, 0);
+  DriveSensors other = Sensors(false, 0, 0, 0, 0);
+  other.wheels = wheels::DeadReckoning({}, kAxle);
+  for (double s = -1; s < 14; s += 0.02) {
+    other.wheels.Add(wheels::WheelSpeedSample{100 + s, {{-0.3, 0}, 0}});
+  }
+  const WheelConstants found = MeasureWheelConstants(Mount(), spin, other, {});
+  EXPECT_EQ(found.wheels.spin.slips, 0);
+  EXPECT_GT(2 * found.wheels.straight.slips, found.wheels.straight.pieces);
+  EXPECT_EQ(found.gyro.straight.slips, 0);
 }
 
 }  // namespace

@@ -394,6 +394,10 @@ TEST(FftCompass, RefusesWhatItCannotTake) {
   EXPECT_THROW(compass.Next({room.Render({3, 3, 0}, 40), 0, {}}), InputError);
   ASSERT_TRUE(compass.Next({room.Render({3, 3, 0}), 1, {}}));
   EXPECT_THROW(compass.Next({room.Render({3, 3, 0}), 1, {}}), InputError);
+  for (const wheels::RelativeTurn& turn :
+       {wheels::RelativeTurn{NAN, 0, 0}, {0, -1, 0}, {0, 0, INFINITY}}) {
+    EXPECT_THROW(compass.Next({room.Render({3, 3, 0}), 2, {}, turn}), InputError);
+  }
   EXPECT_THROW(compass.Next({room.Render({3, 3, 0}, 180), 2, {}}), InputError);
   FftCompassParams params;
   params.recent_references = 0;
