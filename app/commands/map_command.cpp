@@ -199,8 +199,8 @@ std::string UncompensatedText(const std::vector<graph::FramePose>& frames,
   return files::FormatTum(poses);
 }
 
-// In order of time.
-std::vector<graph::FramePose> FramesToWrite(const mapping::MappingResult& map, bool predicted) {
+// In order of time. @param predicted  with those that only wheels place.
+std::vector<graph::FramePose> FramesOf(const mapping::MappingResult& map, bool predicted) {
   std::vector<graph::FramePose> frames = map.frames;
   if (!predicted) return frames;
   const auto middle = frames.insert(frames.end(), map.predicted.begin(), map.predicted.end());
@@ -283,7 +283,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   }
   if (terminal::Interrupted()) ReportInterrupted(mapper);
   result.map = DrawMap(params, mapper);
-  CommitFiles(FramesToWrite(result.map, params.predicted), mapper, params, summary);
+  CommitFiles(FramesOf(result.map, params.predicted), mapper, params, summary);
   if (rig) params.sensors.wheels.WriteRig(*rig, result.sensors.report.wheels, summary);
   ReportAssumptions(params.rig, source.Stamps());
   reports::ReportScalings(scaling, sensors);
@@ -297,7 +297,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   reports::ReportCoverage(result, params.up, summary);
   if (!common.quiet) reports::PrintFacts(facts, summary);
   if (!watch.Wanted()) return;
-  watch.Replace(result.map.frames);
+  watch.Replace(FramesOf(result.map, true));
   watch.End(store::MapReader(params.output), facts, common.quiet, summary);
 }
 

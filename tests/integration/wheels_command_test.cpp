@@ -92,7 +92,7 @@ support::TestFolder* WheelsTest::folder_ = nullptr;
 TEST_F(WheelsTest, DarknessIsMappedAndCrossed) {
   const std::vector<std::string> wheels{"--odometry=run/odometry.csv", "--gyro=run/gyro.csv"};
   const support::ProcessResult mapped =
-      Run(With({"map", "-o", "m.gpkg", "--trajectory=m.tum", "--predicted"}, wheels));
+      Run(With({"map", "-o", "m.gpkg", "--trajectory=m.tum", "--predicted", "--report=r"}, wheels));
   ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
   EXPECT_THAT(mapped.out, HasSubstr("predicted"));
   EXPECT_LT(LargestError("m.tum"), 0.06);
@@ -108,6 +108,8 @@ TEST_F(WheelsTest, DarknessIsMappedAndCrossed) {
     EXPECT_GT(frame.covariance(1, 1), 1e-8);
   }
   EXPECT_GE(predicted, kDark);
+  EXPECT_THAT(ReadAll(*folder_ / "r/index.html"),
+              testing::ContainsRegex("\"status\": ?\"t+pppppppppp+t+\""));
 
   const support::ProcessResult located = Run(
       With({"localize", "m.gpkg", "-o", "l.tum", "--status=l.csv", "--start=0,0,0", "--predicted"},
