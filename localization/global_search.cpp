@@ -264,6 +264,7 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
   // An image that fits in several ways within each of these places does so everywhere.
   constexpr int kEnoughAmbiguous = 3;
   const std::vector<PlaceProposal> places = finder_.Find(frame.image.pixels, wanted);
+  std::vector<MapMatch> elsewhere;  // where the frame fits, too, in several ways
   for (const bool any_yaw : {false, true}) {
     // Places of single descriptors need a check over the full circle. Where whole places fit, only
     // the best one is checked.
@@ -274,12 +275,18 @@ void GlobalSearch::Relocalize(const LevelFrame& frame,
       std::optional<PoseWithCovariance> expected;
       if (!any_yaw) expected = {place.T_map_base, rough};
       const std::optional<MapMatch> match = MatchNear(place.T_map_base, spectrum, expected);
+      if (const auto& one = matcher_.OneOfSeveralWays()) {
+        if (Fits(one->pose.pose, known.yaw) && WheelsAllow(one->pose.pose, known)) {
+          elsewhere.push_back(*one);
+        }
+      }
       // A match that more than one pose explains gives no information about the place.
       if (!match || match->disambiguated_by_prior) continue;
       const Pose2& T_map_base = match->pose.pose;
       if (Fits(T_map_base, known.yaw) && WheelsAllow(T_map_base, known)) hypotheses_.Add(*match);
     }
   }
+  for (const MapMatch& there : elsewhere) hypotheses_.FitsElsewhere(there);
 }
 
 /// The last metres go on with this frame. A robot that is followed continues from its corrected

@@ -219,6 +219,15 @@ void Hypotheses::MatchAll(const std::function<std::optional<MapMatch>(const Hypo
   all_ = std::move(kept);
 }
 
+void Hypotheses::FitsElsewhere(const MapMatch& match) {
+  for (Hypothesis& h : all_) {
+    if (h.trusted || !h.recognised || Same(h.pose.pose, match.pose.pose)) continue;
+    if (registration::Evidence(h.match.dissimilarity, match.dissimilarity) <= 0) {
+      h.confirmations = 0;
+    }
+  }
+}
+
 bool Hypotheses::AnyAgrees() const {
   constexpr double kAgreeRatio = 0.3;
   return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) {

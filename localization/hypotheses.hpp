@@ -114,6 +114,10 @@ class Hypotheses {
   void MatchAll(const std::function<std::optional<MapMatch>(const Hypothesis&)>& match_at,
                 bool clear = false,
                 double usual_inliers = 0);
+  /// The frame fits at another place too, where it tells no pose because it fits in several ways:
+  /// it confirms no place that does not explain it better (registration::Evidence).
+  /// Between MatchAll and Weigh. @param match  One of these ways.
+  void FitsElsewhere(const MapMatch& match);
   /// After MatchAll and Add: compares the places of this frame with each other and drops unlikely
   /// hypotheses.
   void Weigh();

@@ -156,15 +156,27 @@ MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseWithCovariance& expe
   return prior;
 }
 
-std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
-                                            const FrameSpectrum& frame,
-                                            const std::optional<PoseWithCovariance>& expected) {
+Registration MapMatcher::Register(const Patch& at,
+                                  const FrameSpectrum& frame,
+                                  const std::optional<PoseWithCovariance>& expected) {
   Registrar& registrar = scale_known_ ? registrar_ : scaling_;
   std::optional<MotionPrior> prior;
   if (expected) prior = PriorFor(at, *expected);
   Registration found = registrar.Register(at.spectrum, frame, prior);
   verdict_ = found.verdict;
+  return found;
+}
+
+std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
+                                            const FrameSpectrum& frame,
+                                            const std::optional<PoseWithCovariance>& expected) {
+  const Registration found = Register(at, frame, expected);
   if (!found.ok()) return std::nullopt;
+  return MatchOf(at, found);
+}
+
+/// @param found  with a valid motion. @return nothing where its scale cannot be that of the camera.
+std::optional<MapMatch> MapMatcher::MatchOf(const Patch& at, Registration found) const {
   MapMatch match;
   match.scale = found.motion.scale;
   if (std::abs(std::log(match.scale)) > kMaxScaleError) return std::nullopt;
@@ -208,10 +220,14 @@ std::shared_ptr<const Patch> MapMatcher::MatchExactly(const FrameSpectrum& frame
 std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
                                               const FrameSpectrum& frame,
                                               const std::optional<PoseWithCovariance>& expected) {
+  one_of_several_ways_.reset();
   std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
   if (!at) return std::nullopt;
-  std::optional<MapMatch> match = MatchAt(*at, frame, expected);
-  if (match && at->spectrum.Heights() != nullptr) {
+  const Registration found = Register(*at, frame, expected);
+  const bool ambiguous = found.verdict == registration::Verdict::kAmbiguous;
+  std::optional<MapMatch> match;
+  if (found.ok() || ambiguous) match = MatchOf(*at, found);
+  if (match && found.ok() && at->spectrum.Heights() != nullptr) {
     match->distinct = false;
     std::optional<MapMatch> exact = match;
     const std::shared_ptr<const Patch> there = MatchExactly(frame, exact);
@@ -226,6 +242,8 @@ std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
       mapping::ImageMotionOf(view_, match->pose.pose.Inverse() * at->T_map_base);
   to_map.scale = 1 / match->scale;
   match->dissimilarity = registrar_.Compare(frame, at->spectrum, to_map);
+  if (ambiguous || match->disambiguated_by_prior) one_of_several_ways_ = match;
+  if (ambiguous) return std::nullopt;
   return match;
 }
 

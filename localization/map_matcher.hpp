@@ -57,6 +57,11 @@ class MapMatcher {
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& frame,
                                     const std::optional<PoseWithCovariance>& expected);
+  /// Of the latest MatchNear: where the frame fits in several ways, so that it tells no pose, or
+  /// only the expected one, one of these ways; nothing otherwise.
+  [[nodiscard]] const std::optional<MapMatch>& OneOfSeveralWays() const {
+    return one_of_several_ways_;
+  }
   /// Where no match is found at a place that is known approximately: the pose as the frame and the
   /// map together with the expectation tell it (Registrar::CorrectJointly), under plain plaster.
   /// Without the uncertainty of the tilt (WithTilt). MapMatch::sure tells whether the pose is
@@ -86,6 +91,11 @@ class MapMatcher {
 
  private:
   void DrawAnew();
+  registration::Registration Register(const Patch& at,
+                                      const registration::FrameSpectrum& frame,
+                                      const std::optional<PoseWithCovariance>& expected);
+  [[nodiscard]] std::optional<MapMatch> MatchOf(const Patch& at,
+                                                registration::Registration found) const;
   [[nodiscard]] registration::MotionPrior PriorFor(const Patch& at,
                                                    const PoseWithCovariance& expected) const;
   std::shared_ptr<const Patch> MatchExactly(const registration::FrameSpectrum& frame,
@@ -106,6 +116,7 @@ class MapMatcher {
   std::optional<double> scale_;
   bool scale_known_;
   registration::Verdict verdict_ = registration::Verdict::kNoMatch;
+  std::optional<MapMatch> one_of_several_ways_;
 };
 
 /// Largest standard deviation of a position, in any direction.

@@ -33,7 +33,7 @@ struct MotionPrior {
 
 struct Registration {
   Verdict verdict = Verdict::kNoMatch;
-  ImageMotion motion;  ///< reference -> current; only valid if ok()
+  ImageMotion motion;  ///< reference -> current; valid if ok(), and one of several if kAmbiguous
   /// Of (tx_px, ty_px, theta_rad, ln scale), from the residuals of the fine stage; the scale's row
   /// and column are zero when the scale is fixed at 1.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();

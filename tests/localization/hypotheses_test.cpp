@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <vector>
 
 #include "calib/base/error.hpp"
 
@@ -27,7 +28,8 @@ class HypothesesTest : public testing::Test {
  protected:
   // A frame of a robot that drives along x: `dissimilarity` of each of the places.
   void Frame(const std::map<double, double>& dissimilarity_at_y,
-             bool disambiguated_by_prior = false) {
+             bool disambiguated_by_prior = false,
+             const std::vector<MapMatch>& elsewhere = {}) {
     const Pose2 step{0.3, 0, 0};
     x_ += step.x;
     hypotheses_.Move(step, 1e-6 * Eigen::Matrix3d::Identity(), true);
@@ -40,6 +42,7 @@ class HypothesesTest : public testing::Test {
     });
     for (const auto& [y, dissimilarity] : dissimilarity_at_y)
       hypotheses_.Add(MatchAt({x_, y, 0}, dissimilarity, disambiguated_by_prior));
+    for (const MapMatch& match : elsewhere) hypotheses_.FitsElsewhere(match);
     hypotheses_.Weigh();
   }
   [[nodiscard]] std::optional<double> AcceptedY() const {
@@ -96,6 +99,27 @@ TEST_F(HypothesesTest, APlaceThatIsNotRecognisedAnyMoreGoes) {
 TEST_F(HypothesesTest, MatchesByThePriorConfirmNothing) {
   for (int i = 0; i < 10; ++i) Frame({{5, 0.2}}, true);
   EXPECT_FALSE(AcceptedY());
+}
+
+// Equal tiles with one mark: the frame fits at many places in several ways, which proposes none of
+// them, and in one way at the mark, which it shows no better than the others.
+TEST_F(HypothesesTest, APlaceThatExplainsTheFrameNoBetterThanOthersIsNotConfirmed) {
+  for (int i = 0; i < 10; ++i) {
+    Frame({{5, 0.2}}, false, {MatchAt({x_ + 0.3, 9, 0}, 1.2), MatchAt({x_ + 0.3, 12, 0}, 0.4)});
+    EXPECT_FALSE(AcceptedY()) << i;
+  }
+  for (int i = 0; i < 3; ++i) {
+    Frame({{5, 0.2}}, false, {MatchAt({x_ + 0.3, 9, 0}, 1.2)});
+  }
+  EXPECT_EQ(AcceptedY(), 5);
+}
+
+// The way that the frame shows at the place itself speaks for it.
+TEST_F(HypothesesTest, OneOfSeveralWaysAtAPlaceItselfDoesNotSpeakAgainstIt) {
+  for (int i = 0; i < 3; ++i) {
+    Frame({{5, 0.2}}, false, {MatchAt({x_ + 0.3, 5, 0}, 0.1)});
+  }
+  EXPECT_EQ(AcceptedY(), 5);
 }
 
 TEST_F(HypothesesTest, AtRestOnlyADistinctMatchConfirmsAgain) {
