@@ -230,6 +230,13 @@ bool GlobalSearch::WheelsAllow(const Pose2& T_map_base, const Known& known) cons
   return SquaredDistance(expected, {T_map_base}) < kSigmas * kSigmas;
 }
 
+/// Whether the place by the wheels is exact enough to recognise it there.
+bool GlobalSearch::WheelsKnow(const Known& known) const {
+  constexpr double kExactRatio = 0.1;  // of the span
+  return known.trusted && known.expected &&
+         PositionSigma(known.expected->covariance) < kExactRatio * matcher_.Span();
+}
+
 /// Whether the robot can be there by now, where its start was given.
 bool GlobalSearch::StartAllows(const Pose2& T_map_base, double stamp_s) const {
   if (!start_ || frames_ > params_.max_frames_at_start_prior) return true;
@@ -299,11 +306,11 @@ void GlobalSearch::Extend(const LevelFrame& frame) {
 }
 
 /// Where single frames show too little, the last metres together may determine the place.
-void GlobalSearch::SearchSubmap(const LevelFrame& frame, const Known& known) {
-  constexpr double kMinLengthRatio = 0.7;  // of the span
-  constexpr double kSearchRatio = 0.25;    // of the span, travel between searches
+void GlobalSearch::SearchSubmap(const LevelFrame& frame, const Known& known, bool expected) {
+  constexpr double kMinLengthRatio = 0.7;           // of the span
+  const double search_ratio = expected ? 1 : 0.25;  // of the span, travel between searches
   if (submap_.Length() < kMinLengthRatio * submap_.Span() ||
-      submap_.Travelled() - searched_at_ < kSearchRatio * submap_.Span()) {
+      submap_.Travelled() - searched_at_ < search_ratio * submap_.Span()) {
     return;
   }
   searched_at_ = submap_.Travelled();
@@ -361,16 +368,18 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
     return match;
   };
   hypotheses_.MatchAll(match_at, result.elsewhere, known.usual_inliers);
-  // A robot that is followed is probably where it is expected.
-  constexpr int kSearchEvery = 5;
-  const bool due = !hypotheses_.Follows() || frames_ % kSearchEvery == 0;
+  // A robot that is followed is probably where it is expected, above all where its wheels know its
+  // place and nothing that is seen contradicts them, as in the dark.
+  const bool expected = !result.elsewhere && WheelsKnow(known);
+  const int search_every = expected ? 25 : 5;
+  const bool due = !hypotheses_.Follows() || frames_ % search_every == 0;
   if (hypotheses_.Accepted() == nullptr && due) {
     Relocalize(frame, spectrum, known);
   }
   Extend(frame);
   // A match, even if other places explain the frame as well, says more than weak structure.
   if (!hypotheses_.AnyMatch() && ambiguous_matches_ == 0) {
-    SearchSubmap(frame, known);
+    SearchSubmap(frame, known, expected);
   }
   hypotheses_.Weigh();
   if (const Hypothesis* followed = hypotheses_.Followed()) {

@@ -81,8 +81,9 @@ class GlobalSearch {
                                     const std::optional<PoseWithCovariance>& expected);
   [[nodiscard]] bool StartAllows(const Pose2& T_map_base, double stamp_s) const;
   [[nodiscard]] bool WheelsAllow(const Pose2& T_map_base, const Known& known) const;
+  [[nodiscard]] bool WheelsKnow(const Known& known) const;
   void Extend(const LevelFrame& frame);
-  void SearchSubmap(const LevelFrame& frame, const Known& known);
+  void SearchSubmap(const LevelFrame& frame, const Known& known, bool expected);
   void Relocalize(const LevelFrame& frame,
                   const registration::FrameSpectrum& spectrum,
                   const Known& known);
