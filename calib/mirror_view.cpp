@@ -60,11 +60,17 @@ struct Edges {
   }
 };
 
+/// One row for each pixel of the radius.
+int RowsFor(double radius_px) {
+  return std::max(1, static_cast<int>(std::lround(radius_px)));
+}
+
 /// Elevations of the rows of a panorama from a mirror of known shape.
 class RowElevations {
  public:
-  RowElevations(const HyperbolicMirror& mirror, double tilt_rad, const MirrorViewParams& params)
-      : mirror_(mirror), spacing_(params.row_spacing.value_or(PanoramaRows::kElevation)) {
+  RowElevations(const MountedCamera& omni, double tilt_rad, const MirrorViewParams& params)
+      : mirror_(*omni.mirror), spacing_(params.row_spacing.value_or(PanoramaRows::kElevation)) {
+    const HyperbolicMirror& mirror = mirror_;
     constexpr double kMinBelow = 15 * kRadPerDeg;
     constexpr double kMaxBelow = 30 * kRadPerDeg;
     const double highest_rad =
@@ -80,7 +86,12 @@ class RowElevations {
           Degrees(mirror.RimElevation() - tilt_rad)));
     }
     edges_ = {ToSpacing(highest_rad), ToSpacing(lowest_rad), params.rows};
+    if (spacing_ == PanoramaRows::kPixelRadius) {
+      edges_.rows = RowsFor((edges_.upper - edges_.lower) * omni.camera.fx);
+    }
   }
+
+  [[nodiscard]] int Rows() const { return edges_.rows; }
 
   [[nodiscard]] double At(int row) const { return FromSpacing(edges_.At(row)); }
   [[nodiscard]] double HorizonRow() const { return edges_.RowOf(ToSpacing(0)); }
@@ -89,6 +100,7 @@ class RowElevations {
   [[nodiscard]] double ToSpacing(double elevation_rad) const {
     switch (spacing_) {
       case PanoramaRows::kRadius:
+      case PanoramaRows::kPixelRadius:
         return mirror_.CameraSlope(elevation_rad);
       case PanoramaRows::kTanElevation:
         return std::tan(elevation_rad);
@@ -99,6 +111,7 @@ class RowElevations {
   [[nodiscard]] double FromSpacing(double value) const {
     switch (spacing_) {
       case PanoramaRows::kRadius:
+      case PanoramaRows::kPixelRadius:
         return mirror_.Elevation(value);
       case PanoramaRows::kTanElevation:
         return std::atan(value);
@@ -121,7 +134,8 @@ void CheckRing(const MirrorRing& ring, const MirrorViewParams& params) {
         ring.inner_radius_px,
         ring.outer_radius_px));
   }
-  if (params.row_spacing.value_or(PanoramaRows::kRadius) != PanoramaRows::kRadius ||
+  const PanoramaRows spacing = params.row_spacing.value_or(PanoramaRows::kRadius);
+  if ((spacing != PanoramaRows::kRadius && spacing != PanoramaRows::kPixelRadius) ||
       params.highest_elevation_rad || params.lowest_elevation_rad) {
     throw InputError(
         "mirror ring: elevations are not known of a mirror without its shape; leave them out, or "
@@ -129,11 +143,16 @@ void CheckRing(const MirrorRing& ring, const MirrorViewParams& params) {
   }
 }
 
+int RowsOf(const MirrorRing& ring, const MirrorViewParams& params) {
+  if (params.row_spacing != PanoramaRows::kPixelRadius) return params.rows;
+  return RowsFor(ring.outer_radius_px - ring.inner_radius_px);
+}
+
 /// Samples along the scan lines of a ring. The camera may be rotated about its axis.
 RemapTable::Source RingSource(const MirrorRing& ring,
                               const Eigen::Matrix3d& R_base_cam,
                               const MirrorViewParams& params) {
-  const Edges radii{ring.outer_radius_px, ring.inner_radius_px, params.rows};
+  const Edges radii{ring.outer_radius_px, ring.inner_radius_px, RowsOf(ring, params)};
   return [=, columns = params.columns](int u, int v) -> std::optional<cv::Point2d> {
     const double azimuth = Azimuth(u, columns);
     const Eigen::Vector3d level_base(std::cos(azimuth), std::sin(azimuth), 0);
@@ -185,6 +204,7 @@ MirrorView::MirrorView(const MountedCamera& omni, const MirrorViewParams& params
   const double tilt_rad = TiltOf(omni);
   if (omni.mirror_ring) {
     CheckRing(*omni.mirror_ring, params);
+    size_.height = RowsOf(*omni.mirror_ring, params);
     MakeTable(RingSource(*omni.mirror_ring, omni.T_base_cam.linear(), params),
               params.interpolation);
     return;
@@ -192,7 +212,8 @@ MirrorView::MirrorView(const MountedCamera& omni, const MirrorViewParams& params
   if (!omni.mirror) {
     throw InputError("mirror camera: has no mirror; describe it in the rig (calib/README.md)");
   }
-  const RowElevations elevations(*omni.mirror, tilt_rad, params);
+  const RowElevations elevations(omni, tilt_rad, params);
+  size_.height = elevations.Rows();
   horizon_row_ = elevations.HorizonRow();
   MakeTable(MirrorSource(omni, elevations, params), params.interpolation);
 }
@@ -201,6 +222,7 @@ MirrorView::MirrorView(cv::Size raw, const MirrorRing& ring, const MirrorViewPar
     : raw_size_(raw), size_(params.columns, params.rows) {
   params.Validate();
   CheckRing(ring, params);
+  size_.height = RowsOf(ring, params);
   MakeTable(RingSource(ring, FrontAtTop(), params), params.interpolation);
 }
 

@@ -11,7 +11,8 @@ namespace ceilmap::calib {
 
 /// The quantity in which the rows of a panorama are equidistant.
 enum class PanoramaRows : std::uint8_t {
-  kRadius,        ///< from the centre of the mirror's image, as in Labrosse's unwrapping
+  kRadius,        ///< from the centre of the mirror's image
+  kPixelRadius,   ///< the same with one row per pixel of radius, as in Labrosse's unwrapping
   kElevation,     ///< angle above the horizon
   kTanElevation,  ///< its tangent: vertical objects keep their proportions, as on a cylinder
 };
@@ -23,7 +24,7 @@ enum class Interpolation : std::uint8_t {
 
 struct MirrorViewParams {
   int columns = 1080;  ///< 8 .. 16384, over the full circle
-  int rows = 45;       ///< 1 .. 4096
+  int rows = 45;       ///< 1 .. 4096; not used with kPixelRadius
   Interpolation interpolation = Interpolation::kBilinear;
   /// Nothing: elevation for a mirror of known shape, so that the horizon is one row; radius for a
   /// ring, of which nothing else is known.

@@ -13,10 +13,11 @@ namespace {
 const std::map<std::string, labrosse::Method> kMethods = {
     {"fft", labrosse::Method::kFft},
     {"labrosse2006", labrosse::Method::kLabrosse2006},
+    {"labrosse2006-probes", labrosse::Method::kLabrosse2006Probes},
     {"labrosse2004", labrosse::Method::kLabrosse2004}};
 
 void RefuseUnlessLabrosse2006(bool given, const char* option, const std::string& method) {
-  if (!given || method == "labrosse2006") return;
+  if (!given || method.starts_with("labrosse2006")) return;
   throw InputError(
       fmt::format("{}: is an option of --method labrosse2006, not of {}; leave one of the two out",
                   option,
@@ -27,7 +28,7 @@ void RefuseUnlessLabrosse2006(bool given, const char* option, const std::string&
 
 void CompassOptions::AddTo(CLI::App& cli, const std::string& group) {
   cli.add_option("--method", method, "Method")
-      ->check(CLI::IsMember({"fft", "labrosse2006", "labrosse2004"}))
+      ->check(CLI::IsMember({"fft", "labrosse2006", "labrosse2006-probes", "labrosse2004"}))
       ->capture_default_str()
       ->group(group);
   cli.add_option(

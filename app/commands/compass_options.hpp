@@ -11,7 +11,7 @@ namespace ceilmap::commands {
 
 /// Options of a command that measures the heading from panoramas: the compass and its settings.
 struct CompassOptions {
-  std::string method = "fft";        ///< fft, labrosse2006 or labrosse2004
+  std::string method = "fft";        ///< fft, labrosse2006, labrosse2006-probes, labrosse2004
   std::optional<double> fov_deg;     ///< width of the front and the back field of view
   std::optional<std::int64_t> skip;  ///< labrosse2006: frames left out after each one
   std::optional<double> threshold;   ///< labrosse2006: on the normalised amplitude

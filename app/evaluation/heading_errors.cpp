@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "app/evaluation/association.hpp"
+#include "app/evaluation/robust_line.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
 
@@ -26,21 +27,6 @@ class Unwrapper {
   bool begun_ = false;
   double last_rad_ = 0;
 };
-
-// Slope of the line with the least squared vertical distances.
-std::optional<double> Slope(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto count = static_cast<double>(x.size());
-  const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / count;
-  const double mean_y = std::accumulate(y.begin(), y.end(), 0.0) / count;
-  double xx = 0;
-  double xy = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    xx += (x[i] - mean_x) * (x[i] - mean_x);
-    xy += (x[i] - mean_x) * (y[i] - mean_y);
-  }
-  if (!(xx > 0)) return std::nullopt;
-  return xy / xx;
-}
 
 double StandardDeviation(const std::vector<double>& values, double mean) {
   double squares = 0;
@@ -115,8 +101,8 @@ std::optional<HeadingErrors> CompareHeadings(const std::vector<StampedHeading>& 
   result.signed_mean_deg = std::accumulate(errors_deg.begin(), errors_deg.end(), 0.0) / count;
   result.std_deg = StandardDeviation(errors_deg, result.signed_mean_deg);
   result.end_deg = errors_deg.back();
-  if (result.path_m > kMinPathM) result.drift_deg_per_m = Slope(distances_m, errors_deg);
-  result.drift_deg_per_s = Slope(stamps_s, errors_deg);
+  if (result.path_m > kMinPathM) result.drift_deg_per_m = RobustSlope(distances_m, errors_deg);
+  result.drift_deg_per_s = RobustSlope(stamps_s, errors_deg);
   return result;
 }
 

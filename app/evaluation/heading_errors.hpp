@@ -43,8 +43,9 @@ struct HeadingErrors {
   double signed_mean_deg = 0;
   double std_deg = 0;
   double end_deg = 0;  ///< the last error
-  /// Slopes of the least-squares lines through the errors: over the distance travelled, where it is
-  /// longer than half a metre, and over time, where there is more than one stamp.
+  /// Slopes of the lines through the errors by robust regression (RobustSlope), as in Labrosse
+  /// 2006, Table 3: over the distance travelled, where it is longer than half a metre, and over
+  /// time, where there is more than one stamp.
   std::optional<double> drift_deg_per_m;
   std::optional<double> drift_deg_per_s;
 };

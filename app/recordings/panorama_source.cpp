@@ -21,6 +21,7 @@ constexpr int kMinColumns = 8;
 
 const std::map<std::string, calib::PanoramaRows> kRowSpacings = {
     {"radius", calib::PanoramaRows::kRadius},
+    {"pixel", calib::PanoramaRows::kPixelRadius},
     {"elevation", calib::PanoramaRows::kElevation},
     {"tangent", calib::PanoramaRows::kTanElevation}};
 
@@ -144,10 +145,10 @@ void PanoramaOptions::AddTo(CLI::App& cli,
       ->group(unwrapping);
   add("--row-spacing",
       row_spacing,
-      "Quantity with equal steps per row; elevation and tangent need a mirror of known shape "
-      "[elevation, radius]",
+      "Quantity with equal steps per row; pixel: radius, a row per pixel; elevation and tangent "
+      "need a mirror of known shape [elevation, radius]",
       "KIND")
-      ->check(CLI::IsMember({"radius", "elevation", "tangent"}))
+      ->check(CLI::IsMember({"radius", "pixel", "elevation", "tangent"}))
       ->group(unwrapping);
 }
 
@@ -171,6 +172,7 @@ void PanoramaOptions::Check() const {
   }
   refuse(azimuth.has_value(), "--azimuth", "is of --panorama");
   refuse(front_column.has_value(), "--front-column", "is of --panorama");
+  refuse(rows && row_spacing == "pixel", "--rows", "follows from --row-spacing pixel");
   refuse(!ring.empty() && !rig.empty(), "--ring", "the mirror is described in --rig");
   if (ring.empty() && rig.empty()) {
     throw InputError("--omni: needs --rig RIG.yaml, or --ring U,V,INNER,OUTER without one");

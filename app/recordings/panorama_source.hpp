@@ -26,7 +26,7 @@ struct PanoramaOptions {
   std::optional<int> columns;
   std::optional<int> rows;
   std::optional<std::string> interpolation;  ///< nearest or bilinear
-  std::optional<std::string> row_spacing;    ///< radius, elevation or tangent
+  std::optional<std::string> row_spacing;    ///< radius, pixel, elevation or tangent
 
   std::optional<std::string> azimuth;  ///< of --panorama from left to right: falling or rising
   std::optional<int> front_column;     ///< of --panorama, column of the robot's front

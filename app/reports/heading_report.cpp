@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "app/reports/evaluation_json.hpp"
 #include "app/reports/wheel_report.hpp"
@@ -19,6 +20,8 @@ void AddHeadingErrors(const evaluation::HeadingErrors& errors, terminal::Table& 
   table.AddRow({"true turns", number(errors.turned_deg), "deg"});
   table.AddRow({"max error", number(errors.error_deg.max), "deg"});
   table.AddRow({"rms error", number(errors.error_deg.rmse), "deg"});
+  table.AddRow({"mean error", number(errors.signed_mean_deg), "deg, signed"});
+  table.AddRow({"std of errors", number(errors.std_deg), "deg"});
   table.AddRow({"end error", number(errors.end_deg), "deg"});
   if (errors.drift_deg_per_m) {
     table.AddRow({"drift", number(*errors.drift_deg_per_m), "deg/m"});
@@ -48,6 +51,13 @@ void Summarize(const HeadingResult& result, terminal::Summary& summary) {
   if (result.wheels.samples > 0 || result.wheels.gyro) {
     summary.quality["contradicted"] = result.contradicted;
     summary.quality["wheels"] = WheelQuality(result.wheels);
+  }
+  std::vector<double> confidences;
+  for (const files::MeasuredHeading& heading : result.headings) {
+    if (heading.estimate.confidence > 0) confidences.push_back(heading.estimate.confidence);
+  }
+  if (!confidences.empty()) {
+    summary.quality["confidence"] = ToJson(evaluation::Statistics(std::move(confidences)));
   }
   if (result.errors) summary.quality["errors"] = ToJson(*result.errors);
 }

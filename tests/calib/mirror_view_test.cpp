@@ -250,6 +250,21 @@ TEST(MirrorView, RowsOfAKnownMirrorByRadiusAreThoseOfItsRing) {
   EXPECT_NEAR(known.HorizonRow().value(), 45 * (outer - 138.7066) / (outer - inner) - 0.5, 1e-3);
 }
 
+// As Labrosse unwraps: as many rows as the ring has pixels of radius.
+TEST(MirrorView, ARowForEachPixelOfTheRadius) {
+  const MirrorViewParams params{.rows = 7, .row_spacing = PanoramaRows::kPixelRadius};
+  const MirrorView ring(kSize, {kRing.centre_px, 40, 120.4}, params);
+  EXPECT_EQ(ring.Size(), cv::Size(1080, 80));
+  const MountedCamera omni = OmniCamera();
+  const double inner = 520 * omni.mirror->CameraSlope(-omni.mirror->RimElevation());
+  const double outer = 520 * omni.mirror->CameraSlope(omni.mirror->RimElevation());
+  const MirrorView known(omni, params);
+  EXPECT_EQ(known.Size().height, std::lround(outer - inner));
+  const cv::Mat raw = RenderMirror(omni, Room);
+  const MirrorView same(omni, {.rows = known.Size().height, .row_spacing = PanoramaRows::kRadius});
+  EXPECT_EQ(cv::norm(Panorama(known, raw), Panorama(same, raw), cv::NORM_INF), 0);
+}
+
 // Azimuth is in base's axes, however the camera is turned and tilted, and whatever its lens does.
 TEST(MirrorView, HonoursTheMountingAndTheLens) {
   using Eigen::AngleAxisd;

@@ -41,8 +41,14 @@ void Describe(CompassParams& params, const Settings& settings) {
             "A reference is kept until the normalised amplitude of its minimum falls below this.");
   paper.AddChoice("expected",
                   params.labrosse2006.expected,
-                  {{"as_before", ExpectedTurn::kAsBefore}, {"none", ExpectedTurn::kNone}},
-                  "Predicted turn at which the search begins: that of the frame before, or none.");
+                  {{"none", ExpectedTurn::kNone}, {"as_before", ExpectedTurn::kAsBefore}},
+                  "Predicted turn at which the search begins: none since the frame before, or the "
+                  "turn rate of the frame before.");
+  paper.AddChoice(
+      "amplitude",
+      params.labrosse2006.amplitude,
+      {{"published", Amplitude::kPublished}, {"probes", Amplitude::kProbes}},
+      "Depth of a minimum: that of the paper, or that relative to the probes around it.");
 }
 
 }  // namespace ceilmap::labrosse

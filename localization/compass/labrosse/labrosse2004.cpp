@@ -68,7 +68,7 @@ bool Labrosse2004::Turn() {
   estimate_.heading_rad = WrapAngle(at_reference_.heading_rad + *shift * column_rad);
   estimate_.variance_rad2 =
       compass::ChainedVariance(at_reference_.variance_rad2, variance * column_rad * column_rad);
-  estimate_.confidence = NormalizedAmplitude(distances);
+  estimate_.confidence = RelativeDepth(distances);
   return true;
 }
 

@@ -27,6 +27,29 @@ constexpr double kInterpolationSigmaColumns = 0.05;
 
 }  // namespace
 
+/// Distances of two panoramas at any shift.
+class Labrosse2006::Distances {
+ public:
+  Distances(const cv::Mat& reference, const cv::Mat& current, const std::vector<float>& weights)
+      : squared_(reference, current, weights), columns_(current.cols) {}
+
+  [[nodiscard]] double At(int shift) const {
+    return std::sqrt(static_cast<double>(squared_.Squared(shift)));
+  }
+  /// Half a turn from a shift, Eq. 9 and, between two columns, Eq. 7.
+  [[nodiscard]] double OppositeOf(double shift) const {
+    const double opposite = shift + 0.5 * columns_;
+    const double column = std::floor(opposite);
+    const double part = opposite - column;
+    const double here = At(static_cast<int>(column));
+    return part > 0 ? (1 - part) * here + part * At(static_cast<int>(column) + 1) : here;
+  }
+
+ private:
+  FieldDistance squared_;
+  int columns_;
+};
+
 void Labrosse2006Params::Validate() const {
   const FieldCheck require("labrosse2006");
   require(field_of_view_rad > 0 && field_of_view_rad <= kTurn,
@@ -72,6 +95,7 @@ void Labrosse2006::Begin(const compass::PanoramaFrame& frame, bool textured) {
   last_ = estimate_;
   last_stamp_s_ = frame.stamp_s;
   previous_ = {.panorama = current_.clone(),
+               .weights = weights_,
                .frame = check_.Frames() - 1,
                .stamp_s = frame.stamp_s,
                .estimate = estimate_,
@@ -93,6 +117,7 @@ void Labrosse2006::Follow(const compass::PanoramaFrame& frame) {
     Hold(frame.stamp_s);
   }
   previous_ = {.panorama = current_.clone(),
+               .weights = weights_,
                .frame = check_.Frames() - 1,
                .stamp_s = frame.stamp_s,
                .estimate = estimate_,
@@ -102,22 +127,45 @@ void Labrosse2006::Follow(const compass::PanoramaFrame& frame) {
 /// Measures the shift of the reference's content to the current panorama.
 Labrosse2006::Measurement Labrosse2006::Measure() const {
   const int columns = current_.cols;
-  const FieldDistance distance(reference_.panorama, current_, weights_);
+  const Distances distances(reference_.panorama, current_, weights_);
   const double expected_rad = WrapAngle(ExpectedHeading() - reference_.estimate.heading_rad);
-  const FoundShift found =
-      FindShift([&](int shift) { return std::sqrt(static_cast<double>(distance.Squared(shift))); },
-                columns,
-                static_cast<int>(std::lround(expected_rad / kTurn * columns)));
+  const FoundShift found = FindShift([&](int shift) { return distances.At(shift); },
+                                     columns,
+                                     static_cast<int>(std::lround(expected_rad / kTurn * columns)));
+  Measurement measured = Interpolated(distances, found);
   const double seen = std::accumulate(weights_.begin(), weights_.end(), 0.0);
   const double independent = std::max(seen / columns * kTurn / kIndependentRad, 1.0);
   // Even a very flat minimum lies within the range of the probes.
   const double reach = kProbeSpanRad / kTurn * columns / 2;
-  const double interpolation = kInterpolationSigmaColumns;
-  return {
-      .shift_columns = found.columns + BlendedMinimum(found.distances, found.amplitude),
-      .amplitude = found.amplitude,
-      .variance_columns2 = std::min(ShiftVariance(found.distances, independent), reach * reach) +
-                           interpolation * interpolation};
+  measured.variance_columns2 =
+      std::min(ShiftVariance(found.distances, independent), reach * reach) +
+      kInterpolationSigmaColumns * kInterpolationSigmaColumns;
+  return measured;
+}
+
+/// The minimum between the columns, and its normalised amplitude.
+Labrosse2006::Measurement Labrosse2006::Interpolated(const Distances& distances,
+                                                     const FoundShift& found) const {
+  if (params_.amplitude == Amplitude::kProbes) {
+    return {.shift_columns = found.columns + BlendedMinimum(found.distances, found.depth).shift,
+            .amplitude = found.depth};
+  }
+  if (!(reference_.own_amplitude > 0 && reference_.own_column_amplitude > 0)) return {};
+  const double column_amplitude = distances.OppositeOf(found.columns) - found.distances.least;
+  const SubPixelMinimum minimum = BlendedMinimum(
+      found.distances, LinearPart(column_amplitude / reference_.own_column_amplitude));
+  const double shift = found.columns + minimum.shift;
+  const double amplitude = distances.OppositeOf(shift) - minimum.distance;
+  return {.shift_columns = shift, .amplitude = amplitude / reference_.own_amplitude};
+}
+
+/// The amplitudes of the reference and itself, Eq. 8.
+void Labrosse2006::MeasureReference() {
+  const Distances distances(reference_.panorama, reference_.panorama, reference_.weights);
+  const ShiftNeighbours around{distances.At(-1), distances.At(0), distances.At(1)};
+  const SubPixelMinimum minimum = LinearMinimum(around);
+  reference_.own_column_amplitude = distances.OppositeOf(0) - around.least;
+  reference_.own_amplitude = distances.OppositeOf(minimum.shift) - minimum.distance;
 }
 
 double Labrosse2006::ExpectedHeading() const {
@@ -136,6 +184,7 @@ bool Labrosse2006::PreviousIsBetter(const Measurement& measured) const {
 void Labrosse2006::PreviousBecomesReference() {
   if (previous_.frame == reference_.frame && references_ > 0) return;
   reference_ = previous_;
+  MeasureReference();
   if (!reference_.measured) {
     // The search continues from the reference's heading, regardless of the turns since then.
     last_ = reference_.estimate;

@@ -15,8 +15,19 @@ namespace ceilmap::labrosse {
 
 /// The predicted turn, at which the search for the shift begins.
 enum class ExpectedTurn : std::uint8_t {
-  kAsBefore,  ///< the turn rate between the two previous frames continues
-  kNone       ///< the heading is the same as at the previous frame
+  /// The heading is the same as at the previous frame: r_rp with the reference, 0 with that frame.
+  kNone,
+  kAsBefore  ///< the turn rate between the two previous frames continues
+};
+
+/// How deep a minimum is, which decides its place between the columns and the change of reference.
+enum class Amplitude : std::uint8_t {
+  /// Eq. 7 to 12: difference of the distances half a turn from the minimum and at the minimum, over
+  /// the same of the reference and itself. The sub-pixel minimum is parabolic up to 0.5.
+  kPublished,
+  /// RelativeDepth of the minimum and its probes, which is also the linear part of the sub-pixel
+  /// minimum. It needs no distance beyond those of the search.
+  kProbes
 };
 
 struct Labrosse2006Params {
@@ -29,28 +40,35 @@ struct Labrosse2006Params {
   /// Empty: references by the threshold ("Atm"). n >= 0: every (n+1)-th frame is used, and compared
   /// with the one used before ("Fx n").
   std::optional<int> skip = std::nullopt;
-  ExpectedTurn expected = ExpectedTurn::kAsBefore;
+  ExpectedTurn expected = ExpectedTurn::kNone;
+  Amplitude amplitude = Amplitude::kPublished;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// The compass of Labrosse, "The visual compass: performance and limitations of an appearance-based
-/// method", Journal of Field Robotics 2006, Algorithm 1. Panoramas of 360 x 45 RGB in the paper,
-/// any size here.
+/// method", Journal of Field Robotics 2006, Algorithm 1 and Table 2. Panoramas of 360 x 45 RGB in
+/// the paper, any size here.
 ///
 /// The turn since a reference panorama is the column shift of least Euclidean distance d = sqrt(sum
 /// of squared colour differences), over those columns of the current panorama that lie in fields of
 /// view ahead and behind. The fields follow the direction of travel; the reference is shifted under
-/// them. FindShift searches from the predicted turn, and BlendedMinimum computes the fraction. When
-/// the normalised amplitude of the minimum falls below the threshold, the previous frame becomes
-/// the reference and the turn is measured again.
+/// them. FindShift searches from the turn of the previous frame, and BlendedMinimum computes the
+/// fraction. When the normalised amplitude falls below the threshold, the previous frame becomes
+/// the reference and the turn is measured again, the search starting from 0.
 ///
-/// Two details are reconstructed: the blend of the sub-pixel minimum (see BlendedMinimum), and that
-/// the normalised amplitude is that of the minimum and the probes around it (see FindShift).
+/// What the paper leaves open:
+/// - Eq. 12 needs a distance between two columns: it is interpolated linearly.
+/// - Fixed skips ("Fx n") compare successive frames that are used; their search starts from 0 too.
+/// - A frame without texture, or with a normalised amplitude below 0.05, has no result and leaves
+///   the heading unchanged; the paper's method fails there. If the following frame does not fit the
+///   reference either, a new reference is created there.
+/// - The fields of a reference compared with itself are those of its own frame.
+/// - The variance: the paper has none.
 ///
-/// A frame without a result (uniform, or too different from the reference) leaves the heading
-/// unchanged. If the following frame does not fit the reference either, a new reference is created
-/// there.
+/// Params other than the default give variants of the method that the paper does not contain.
+/// Amplitude::kProbes with ExpectedTurn::kAsBefore is the method `labrosse2006-probes`: it follows
+/// turns that are faster than the probes reach, once the turn is known.
 ///
 /// Time: a few shifts per frame instead of all. Panoramas are copied.
 class Labrosse2006 : public compass::Compass {
@@ -66,16 +84,22 @@ class Labrosse2006 : public compass::Compass {
   /// A panorama and the heading assigned to it.
   struct View {
     cv::Mat panorama;
+    std::vector<float> weights;  ///< of its columns
     std::int64_t frame = 0;
     double stamp_s = 0;
     compass::HeadingEstimate estimate;
     bool measured = false;  ///< false: its heading was held, not measured
+    /// Compared with itself: Eq. 7 and 9. Only of a reference.
+    double own_amplitude = 0;
+    double own_column_amplitude = 0;
   };
   struct Measurement {
     double shift_columns = 0;
-    double amplitude = 0;
+    double amplitude = 0;  ///< normalised
     double variance_columns2 = 0;
   };
+
+  class Distances;
 
   void Begin(const compass::PanoramaFrame& frame, bool textured);
   void Follow(const compass::PanoramaFrame& frame);
@@ -83,6 +107,8 @@ class Labrosse2006 : public compass::Compass {
   [[nodiscard]] double ExpectedHeading() const;
   [[nodiscard]] bool PreviousIsBetter(const Measurement& measured) const;
   void PreviousBecomesReference();
+  void MeasureReference();
+  [[nodiscard]] Measurement Interpolated(const Distances& distances, const FoundShift& found) const;
   void Accept(const Measurement& measured, double stamp_s);
   void Hold(double stamp_s);
 

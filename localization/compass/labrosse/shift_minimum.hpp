@@ -12,22 +12,31 @@ struct ShiftNeighbours {
   double right = 0;  ///< one column more
 };
 
-/// Position of the minimum between the columns, in columns from the middle one, in [-1/2, 1/2]; 0
-/// where all three distances are equal. From a parabola through the three distances, which is
-/// correct where the minimum is round: when the panoramas differ (other objects in view, noise).
-double ParabolaMinimum(const ShiftNeighbours& distances);
-/// The same from two lines of opposite slope through the three distances, which is correct where
-/// the minimum is a sharp V: when the panoramas agree, because the distance then grows in
-/// proportion to the shift.
-double VMinimum(const ShiftNeighbours& distances);
-/// The same from a blend of both: amplitude V + (1 - amplitude) parabola, Labrosse 2006, Eq. 7-12.
-/// These equations are reconstructed from their description, not copied from the paper's text.
-/// @param amplitude  NormalizedAmplitude, in [0, 1].
-double BlendedMinimum(const ShiftNeighbours& distances, double amplitude);
+/// The minimum between the columns.
+struct SubPixelMinimum {
+  double shift = 0;     ///< columns from the middle one, in [-1/2, 1/2]
+  double distance = 0;  ///< there, at most the least of the three
+};
 
-/// Relative depth of the minimum: (largest - least) / largest, in [0, 1]; 0 if there are no
-/// distances, or if all are 0.
-double NormalizedAmplitude(std::span<const double> distances);
+/// The minimum of a parabola through the three distances (alpha tilde and d tilde in Labrosse
+/// 2006), which is correct where the minimum is round: when the panoramas differ (other objects in
+/// view, noise). The middle column where all three distances are equal.
+SubPixelMinimum ParabolicMinimum(const ShiftNeighbours& distances);
+/// The same from two lines of opposite slope (alpha hat and d hat): one through the least distance
+/// and the largest of the three, one through the third. Correct where the minimum is a sharp V:
+/// when the panoramas agree, because the distance then grows in proportion to the shift. Rounding
+/// can make its distance negative where the least is nearly 0.
+SubPixelMinimum LinearMinimum(const ShiftNeighbours& distances);
+/// p times the linear minimum and 1 - p times the parabolic one: Labrosse 2006, Eq. 10 and 11.
+/// @param p  LinearPart, or any other number in [0, 1].
+SubPixelMinimum BlendedMinimum(const ShiftNeighbours& distances, double p);
+/// p of Eq. 10 and 11: 0 up to a normalised amplitude of 1/2, then it rises to 1 at 1 and stays
+/// there, where the paper says nothing.
+double LinearPart(double normalized_amplitude);
+
+/// Relative depth of a minimum: (largest - least) / largest, in [0, 1]; 0 if there are no
+/// distances, or if all are 0. Not the amplitude of the paper, which is Labrosse2006's own.
+double RelativeDepth(std::span<const double> distances);
 
 /// Variance of the shift of least squared distance, columns^2: 2 S0 / (N S''), with S0 the squared
 /// distance at the minimum and S'' its curvature there. This is the least-squares variance for N

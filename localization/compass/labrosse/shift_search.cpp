@@ -78,7 +78,7 @@ FoundShift FindShift(const std::function<double(int)>& distance,
                    .distances = {known(shift - 1), known(shift), known(shift + 1)}};
   std::vector<double> around{found.distances.left, found.distances.least, found.distances.right};
   for (const int offset : offsets) around.push_back(known(shift + offset));
-  found.amplitude = NormalizedAmplitude(around);
+  found.depth = RelativeDepth(around);
   return found;
 }
 

@@ -13,18 +13,14 @@ inline constexpr double kProbeSpanRad = std::numbers::pi / 9;
 struct FoundShift {
   int columns = 0;  ///< not wrapped: near the start of the search
   ShiftNeighbours distances;
-  /// NormalizedAmplitude of the minimum, its two neighbours and the probes around it. It depends
-  /// only on the panoramas, not on the start of the search.
-  double amplitude = 0;
+  /// RelativeDepth of the minimum, its two neighbours and the probes around it. It depends only on
+  /// the panoramas, not on the start of the search.
+  double depth = 0;
 };
 
-/// Labrosse 2006, Algorithm 1: descent from `start` in steps of a column; then the probes, evenly
-/// spaced around the minimum found; descent again from the lowest probe if it is lower; repeated
-/// until no probe is lower.
-///
-/// The paper's "8 probes over 20 deg" is interpreted as 20 deg in total. With 20 deg to either side
-/// the amplitude is larger, so that references are kept longer than intended by the threshold and
-/// the drift increases.
+/// Labrosse 2006, section 3.3.4: descent from `start` in steps of a column; then eight probes over
+/// 20 deg, centred on the minimum found and evenly spaced; descent again from the lowest probe if
+/// it is lower; repeated until no probe is lower.
 ///
 /// @param distance  Distance of the panoramas at a shift, >= 0; called at most once for each shift
 ///   in 0 .. columns - 1.

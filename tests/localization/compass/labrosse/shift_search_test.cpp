@@ -29,7 +29,7 @@ TEST(ShiftSearch, GoesDownhillAroundTheCircle) {
       EXPECT_EQ(found.distances.left, 2);
       EXPECT_EQ(found.distances.least, 0);
       EXPECT_EQ(found.distances.right, 2);
-      EXPECT_EQ(found.amplitude, 1);
+      EXPECT_EQ(found.depth, 1);
     }
   }
 }
@@ -68,20 +68,20 @@ TEST(ShiftSearch, ProbesAreEvenlySpreadAndAskedOnce) {
                                     {115, 1},
                                     {120, 1}};
   EXPECT_EQ(asked, expected);
-  EXPECT_DOUBLE_EQ(found.amplitude, 20.0 / 21);
+  EXPECT_DOUBLE_EQ(found.depth, 20.0 / 21);
 }
 
 // Values passed during the descent do not count.
-TEST(ShiftSearch, AmplitudeDoesNotDependOnTheStart) {
+TEST(ShiftSearch, DepthDoesNotDependOnTheStart) {
   const auto distance = [](int shift) { return 5.0 + Off(shift, 200, 360); };
-  EXPECT_EQ(FindShift(distance, 360, 60).amplitude, FindShift(distance, 360, 200).amplitude);
-  EXPECT_DOUBLE_EQ(FindShift(distance, 360, 200).amplitude, 10.0 / 15);
+  EXPECT_EQ(FindShift(distance, 360, 60).depth, FindShift(distance, 360, 200).depth);
+  EXPECT_DOUBLE_EQ(FindShift(distance, 360, 200).depth, 10.0 / 15);
 }
 
 TEST(ShiftSearch, EndsOnPlainsAndNarrowPanoramas) {
   const FoundShift flat = FindShift([](int) { return 4.0; }, 360, 17);
   EXPECT_EQ(flat.columns, 17);
-  EXPECT_EQ(flat.amplitude, 0);
+  EXPECT_EQ(flat.depth, 0);
   const FoundShift narrow = FindShift([](int shift) { return Off(shift, 5, 8) + 1.0; }, 8, 1);
   EXPECT_EQ((narrow.columns + 8) % 8, 5);
 }
