@@ -1,85 +1,145 @@
 #!/usr/bin/env bash
-# The experiments of Labrosse 2006 (the paper's Table 3), a visual compass from a camera under a convex mirror, on bundled
-# recordings: a circle and a straight line. Prints the paper's indoor figures beside ours, and draws those of fft.
-#   samples/compass-experiments.sh [OUTPUT_DIR]     default: samples/out/experiments
+# The experiments of Labrosse 2004 and 2006, visual compasses from a camera under a convex mirror, on recordings like those of
+# the papers (samples/scenes/papers, rendered into the output folder unless they are there) and on others. Prints the paper's
+# tables 1, 3 and 4 beside ours and a table of all compasses; writes them as CSV, and draws headings and errors of fft.
+#   samples/compass-experiments.sh [OUTPUT_DIR] [RECORDING...]     default: samples/out/experiments, all; some 20 minutes
 set -euo pipefail
 
 # shellcheck source=samples/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 prepare "${1:-$root/samples/out/experiments}" --plots
-row='%-24s %9s %8s %8s %11s %11s %8s\n'
+paper=$root/samples/papers/labrosse2006.csv
+names=("${@:2}")
+[[ ${#names[@]} -gt 0 ]] || names=(rotate-right straight-1 straight-2 circle-1 circle-2
+  grass-1 grass-2 car-park pavement-straight grass-straight lab-omni-circle lab-omni-straight omni-rooms passing-car)
 
-# Headings of a recording ($1) into FOLDER/NAME.csv, their errors into FOLDER/NAME.json ($2); the rest are options.
+# The papers unwrap without calibration, about the middle of the image, with a row per pixel of radius; 2006 the nearest pixel,
+# 2004 that ("not smooth") or between pixels ("smooth").
+ring=(--ring 239.5,239.5,70,220 --row-spacing pixel)
+nearest=("${ring[@]}" --interpolation nearest)
+smooth=("${ring[@]}" --interpolation bilinear)
+
+# The folder of a recording ($1), which is rendered first unless it is there.
+recording() {
+  local folder=$out/recordings/$1 scene=$root/samples/scenes/papers/$1.yaml
+  if [[ -d $root/samples/$1 ]]; then
+    echo "$root/samples/$1"
+    return
+  fi
+  [[ -f $scene ]] || scene=$root/samples/scenes/$1.yaml
+  mkdir -p "$out/recordings"
+  if [[ ! -f $folder/rendered ]]; then
+    "$ceilmap" simulate "$scene" -o "$folder" --force --quiet >&2
+    touch "$folder/rendered"
+  fi
+  echo "$folder"
+}
+
+# Headings of a recording ($1) into $2.csv and figures about them into $2.json, beside others; the rest are options.
 measure() {
-  local sample=$1 result=$2
+  local folder=$1 result=$2
   shift 2
-  "$ceilmap" heading --force --quiet --rig "$sample/rig.yaml" --omni "$sample/omni.mp4" --stamps "$sample/frames.csv" \
-    --truth "$sample/truth.tum" -o "$result.csv" --summary "$result.json" "$@"
+  while (($(jobs -rp | wc -l) >= $(nproc))); do wait -n; done
+  "$ceilmap" heading --force --quiet --omni "$folder/omni.mp4" --stamps "$folder/frames.csv" --truth "$folder/truth.tum" \
+    -o "$result.csv" --summary "$result.json" "$@" 2>"$result.log" || { cat "$result.log" >&2 && false; } &
 }
 
-# All methods on a recording ($1), into a folder ($2). Labrosse unwraps with rows even in radius.
+# All methods on a recording ($1), into a folder ($2).
 measure_all() {
-  local sample=$1 folder=$2 skip
-  local paper=(--method labrosse2006 --row-spacing radius)
-  for skip in {0..6}; do
-    measure "$sample" "$folder/fx-$skip" "${paper[@]}" --skip "$skip"
+  local folder skip
+  folder=$(recording "$1")
+  mkdir -p "$2"
+  for skip in {0..11}; do
+    measure "$folder" "$2/fx-$skip" "${nearest[@]}" --method labrosse2006 --skip "$skip"
   done
-  measure "$sample" "$folder/atm" "${paper[@]}" --threshold 0.6055
-  measure "$sample" "$folder/fft" --plot "$folder"
+  measure "$folder" "$2/atm" "${nearest[@]}" --method labrosse2006 --threshold 0.6055
+  measure "$folder" "$2/probes" "${smooth[@]}" --method labrosse2006-probes
+  measure "$folder" "$2/2004-not-smooth" "${nearest[@]}" --method labrosse2004
+  measure "$folder" "$2/2004-smooth" "${smooth[@]}" --method labrosse2004
+  measure "$folder" "$2/fft" --rig "$folder/rig.yaml" --plot "$2"
+  wait
 }
 
-# A number by its key ($2) from a summary ($1), where each key stands on a line of its own.
+# A number by its key ($3) from a summary ($1), the first after the key $2, where each key stands on a line of its own.
 number() {
-  awk -v key="\"$2\":" '$1 == key { sub(/,$/, "", $2); print $2; found = 1 } END { exit !found }' "$1"
+  awk -v after="\"$2\":" -v key="\"$3\":" '$1 == after { begun = 1 }
+    begun && $1 == key { sub(/,$/, "", $2); print $2; found = 1; exit } END { exit !found }' "$1"
 }
 
-# The n of the Fx n with the least largest error, from the summaries in a folder ($1).
+# The n of the Fx n with the least error at the end, from the summaries in a folder ($1): the paper's choice.
 best_skip() {
   local skip
-  for skip in {0..6}; do
-    echo "$skip $(number "$1/fx-$skip.json" max)"
-  done | awk 'NR == 1 || $2 < least { least = $2; best = $1 } END { print best }'
+  for skip in {0..11}; do
+    echo "$skip $(number "$1/fx-$skip.json" errors end_deg)"
+  done | awk '{ error = $2 < 0 ? -$2 : $2 } NR == 1 || error < least { least = error; best = $1 } END { print best }'
 }
 
-# A row of the table, called $1, from a summary ($2).
-print_row() {
+# A line of compass.csv: recording ($1), method ($2), from a summary ($3).
+add_row() {
   local cells=() key
-  for key in max rmse end_deg drift_deg_per_m drift_deg_per_s; do
-    cells+=("$(number "$2" "$key" | awk '{ if ($1 == "null") print "-"; else printf "%.3f", $1 }')")
+  for key in max rmse; do cells+=("$(number "$3" error_deg "$key")"); done
+  for key in signed_mean_deg std_deg drift_deg_per_s drift_deg_per_m end_deg; do cells+=("$(number "$3" errors "$key")"); done
+  printf '%s,%s,%s,%s' "$1" "$2" "$(number "$3" quality references)" "$(number "$3" program frames)"
+  printf ',%s' "${cells[@]/null/}"
+  awk -v ms="$(number "$3" stages_ms compass)" -v frames="$(number "$3" program frames)" 'BEGIN { printf ",%.3f\n", ms / frames }'
+}
+
+# Table 1: statistics of the normalised amplitude with the best skip of a recording ($1) and the next, from the headings in a
+# folder ($2). The median of the second is the threshold by the paper's rule.
+amplitudes() {
+  local best skip
+  best=$(best_skip "$2")
+  for skip in "$best" $((best + 1)); do
+    [[ -f $2/fx-$skip.csv ]] || continue
+    awk -F, 'NR > 2 { print $4 }' "$2/fx-$skip.csv" | sort -g | awk -v name="$1" -v skip="$skip" '
+      { value[NR] = $1; sum += $1; squares += $1 * $1 }
+      END { mean = sum / NR; median = NR % 2 ? value[(NR + 1) / 2] : (value[NR / 2] + value[NR / 2 + 1]) / 2
+        printf "%s,%d,%.4f,%.4f,%.4f,%.4f,%.4f\n", name, skip, mean, sqrt(squares / NR - mean * mean), median, value[1], value[NR] }'
   done
-  # shellcheck disable=SC2059
-  printf "$row" "$1" "${cells[@]}" "$(number "$2" matched)"
 }
 
-# The table from a folder ($1), below what the paper says of such a drive: its largest error ($2) and drift a metre ($3).
-print_table() {
-  local best
-  best=$(best_skip "$1")
-  # shellcheck disable=SC2059
-  printf "$row" '' 'max deg' 'RMS deg' 'end deg' 'drift deg/m' 'drift deg/s' 'frames'
-  # shellcheck disable=SC2059
-  printf "$row" 'Labrosse 2006, indoors' "$2" '-' '-' "$3" '-' '-'
-  print_row "Fx $best" "$1/fx-$best.json"
-  print_row 'Atm 0.6' "$1/atm.json"
-  print_row 'fft' "$1/fft.json"
+# Columns of a CSV file ($1) as a table; the first line is its head.
+as_table() {
+  column -s, -t <(sed 's/,,/,-,/g; s/,,/,-,/g; s/,$/,-/' "$1")
 }
 
-experiment() {
-  local name=$1 what=$2 paper_max=$3 paper_drift=$4 folder=$out/compass-$1
-  echo
-  echo "Compass, $name: $what"
-  mkdir -p "$folder"
-  measure_all "$root/samples/lab-omni-$name" "$folder"
-  print_table "$folder" "$paper_max" "$paper_drift"
-}
-
-experiment circle "once around, 1 m radius" "<= 6.9" "<= 0.213"
-experiment straight "5 m without a turn" "<= 6.9" "-"
-
-echo
-echo "Of the paper: indoors at most 6.9 deg error, drift at most 0.213 deg/m on circles (CIRCLE2), Table 3; '-': not known here."
-echo "Fx n is the best n of 0 to 6 on that recording, known only with the truth; frames are those that have a heading."
-echo
-for name in circle straight; do
-  for figure in "$out/compass-$name"/*.{svg,png}; do echo "  $figure"; done
+table1=$out/compass-amplitudes.csv
+all=$out/compass.csv
+echo "recording,skip,mean,std,median,min,max" >"$table1"
+echo "recording,method,references,frames,max_deg,rms_deg,mean_deg,std_deg,slope_deg_s,slope_deg_m,end_deg,ms_frame" >"$all"
+for name in "${names[@]}"; do
+  echo "$name" >&2
+  results=$out/compass-$name
+  measure_all "$name" "$results"
+  best=$(best_skip "$results")
+  {
+    add_row "$name" "Fx $best" "$results/fx-$best.json"
+    add_row "$name" "Atm 0.6055" "$results/atm.json"
+    add_row "$name" "2006-probes" "$results/probes.json"
+    add_row "$name" "2004 not smooth" "$results/2004-not-smooth.json"
+    add_row "$name" "2004 smooth" "$results/2004-smooth.json"
+    add_row "$name" "fft" "$results/fft.json"
+  } >>"$all"
+  amplitudes "$name" "$results" >>"$table1"
 done
+
+# Tables 3 and 4: the paper's rows, each followed by ours of the same kind.
+tables=$out/compass-tables-3-4.csv
+awk -F, -v OFS=, 'function rounded(value) { return value == "" ? "" : sprintf("%.3f", value) }
+  FNR == 1 { if (NR == 1) print "recording", "by", "method", "references", "frames", "max_deg", "mean_deg", "std_deg", "slope_deg_s", "slope_deg_m"; next }
+  NR == FNR { ours[$1, substr($2, 1, 2)] = $1 OFS "ceilmap" OFS $2 OFS $3 OFS $4 OFS rounded($5) OFS rounded($7) OFS rounded($8) OFS rounded($9) OFS rounded($10); next }
+  ($1, substr($2, 1, 2)) in ours { print $1, "paper", $2, $3, $4, $5, $6, $7, $8, $9; print ours[$1, substr($2, 1, 2)] }' \
+  "$all" "$paper" >"$tables"
+
+echo
+echo "Labrosse 2006, tables 3 and 4: the paper's recordings, and simulated ones like them by the published method"
+as_table "$tables"
+echo
+echo "Table 1: normalised amplitude with the skip of the least error at the end, and one more (paper, circle-1: 3,0.6413,0.0486,0.6430,0.4881,0.7617 and 4,0.6053,0.0541,0.6055,0.3448,0.7284)"
+as_table "$table1"
+echo
+echo "All compasses: largest and RMS error, slope, time a frame without unwrapping"
+as_table <(awk -F, -v OFS=, 'NR == 1 { print "recording", "method", "max_deg", "rms_deg", "slope_deg_m", "ms_frame"; next }
+  { print $1, $2, sprintf("%.2f", $5), sprintf("%.2f", $6), $10 == "" ? "-" : sprintf("%.3f", $10), sprintf("%.2f", $12) }' "$all")
+echo
+echo "Written: $all, $table1, $tables; figures of fft in $out/compass-*/"

@@ -13,7 +13,7 @@ namespace {
 const std::map<std::string, labrosse::Method> kMethods = {
     {"fft", labrosse::Method::kFft},
     {"labrosse2006", labrosse::Method::kLabrosse2006},
-    {"labrosse2006-probes", labrosse::Method::kLabrosse2006Probes},
+    {"labrosse2006-probes", labrosse::Method::kLabrosse2006},
     {"labrosse2004", labrosse::Method::kLabrosse2004}};
 
 void RefuseUnlessLabrosse2006(bool given, const char* option, const std::string& method) {
@@ -73,6 +73,10 @@ void CompassOptions::Check() const {
 labrosse::CompassParams CompassOptions::Resolve(labrosse::CompassParams params) const {
   Check();
   params.method = kMethods.at(method);
+  if (method == "labrosse2006-probes") {
+    params.labrosse2006.amplitude = labrosse::Amplitude::kProbes;
+    params.labrosse2006.expected = labrosse::ExpectedTurn::kAsBefore;
+  }
   if (fov_deg) {
     const double fov_rad = *fov_deg * kRadPerDeg;
     params.fft.field_of_view_rad = fov_rad;

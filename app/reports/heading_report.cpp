@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <utility>
 
 #include "app/reports/evaluation_json.hpp"
 #include "app/reports/wheel_report.hpp"
@@ -51,13 +50,6 @@ void Summarize(const HeadingResult& result, terminal::Summary& summary) {
   if (result.wheels.samples > 0 || result.wheels.gyro) {
     summary.quality["contradicted"] = result.contradicted;
     summary.quality["wheels"] = WheelQuality(result.wheels);
-  }
-  std::vector<double> confidences;
-  for (const files::MeasuredHeading& heading : result.headings) {
-    if (heading.estimate.confidence > 0) confidences.push_back(heading.estimate.confidence);
-  }
-  if (!confidences.empty()) {
-    summary.quality["confidence"] = ToJson(evaluation::Statistics(std::move(confidences)));
   }
   if (result.errors) summary.quality["errors"] = ToJson(*result.errors);
 }

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "calib/base/degrees.hpp"
+#include "samples/simulator/random.hpp"
 
 namespace ceilmap::simulator {
 
@@ -20,6 +21,20 @@ Tilt TiltAt(const Debris& debris, double distance_m) {
     tilt.roll_rad += height * bump.roll_deg * kRadPerDeg;
   }
   return tilt;
+}
+
+std::vector<Bump> UnevenGround(const Debris& debris, std::uint64_t seed, double distance_m) {
+  std::vector<Bump> bumps;
+  if (!(debris.uneven_deg > 0)) return bumps;
+  Random random(seed, Purpose::kGround);
+  const double step_m = debris.uneven_length_m / 2;
+  for (int i = 0; i * step_m < distance_m; ++i) {
+    bumps.push_back({i * step_m,
+                     debris.uneven_length_m,
+                     debris.uneven_deg * random.Normal(),
+                     debris.uneven_deg * random.Normal()});
+  }
+  return bumps;
 }
 
 Eigen::Isometry3d TiltedBase(const Pose2& T_map_axle, const Tilt& tilt, double axle_behind_mast_m) {

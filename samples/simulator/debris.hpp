@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
 
 #include "calib/base/pose2.hpp"
 #include "samples/simulator/scene.hpp"
@@ -18,6 +20,11 @@ struct Tilt {
 /// The tilt after a distance travelled by the axle: the sum of all bumps there, exactly level
 /// outside bumps.
 Tilt TiltAt(const Debris& debris, double distance_m);
+
+/// The bumps of uneven ground over a distance: each of Debris::uneven_length_m, one every half of
+/// it, random and independent in pitch and roll, so that their sum is smooth and has no period.
+/// Empty on a level floor.
+std::vector<Bump> UnevenGround(const Debris& debris, std::uint64_t seed, double distance_m);
 
 /// T_map_base = Trans(x, y, 0) Rz(yaw) Ry(-pitch) Rx(roll) Trans(a, 0, 0): the wheels of the axle
 /// remain on the floor, the foot of the mast rises by a sin(pitch).

@@ -43,6 +43,9 @@ Motion::Motion(const Scene& scene)
     MakeKnots(scene.path);
   } else {
     drive_.emplace(PathPoints(scene), scene.path);
+    const double length_m = drive_->DistanceAt(drive_->Duration());
+    const std::vector<Bump> ground = UnevenGround(debris_, scene.seed, length_m);
+    debris_.bumps.insert(debris_.bumps.end(), ground.begin(), ground.end());
   }
   carries_.reserve(scene.path.carried.size());
   for (const Carried& to : scene.path.carried) {

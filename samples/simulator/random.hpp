@@ -37,6 +37,7 @@ enum class Purpose : std::uint64_t {
   kStructures,
   kWheels,
   kGyro,
+  kGround,
 };
 
 /// A well-mixed 64-bit number from any number (splitmix64, Steele et al. 2014).

@@ -60,11 +60,12 @@ void CheckForward(const Scene& scene) {
 
 void CheckDebris(const Scene& scene) {
   const std::vector<Bump>& bumps = scene.debris.bumps;
+  CheckGroup("debris", scene.debris, kDebrisFields);
   for (std::size_t i = 0; i < bumps.size(); ++i) {
     CheckGroup(fmt::format("debris.bumps[{}]", i).c_str(), bumps[i], kBumpFields);
   }
-  if (!bumps.empty() && scene.path.kind == PathKind::kTum) {
-    throw InputError("debris.bumps must be absent for path.kind tum, whose poses hold the tilt");
+  if ((!bumps.empty() || scene.debris.uneven_deg > 0) && scene.path.kind == PathKind::kTum) {
+    throw InputError("debris must be absent for path.kind tum, whose poses hold the tilt");
   }
   const double length_m = bumps.empty() ? 0 : PathLength(scene);
   for (std::size_t i = 0; i < bumps.size(); ++i) {

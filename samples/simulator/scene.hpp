@@ -295,6 +295,10 @@ struct Bump {
 
 struct Debris {
   std::vector<Bump> bumps;
+  /// Uneven ground, in addition: standard deviation of the random pitch and of the random roll,
+  /// each in the middle of a bump (UnevenGround). 0: the floor is level.
+  double uneven_deg = 0;
+  double uneven_length_m = 1;  ///< of such a bump
 };
 
 /// A coloured box that moves straight through the room, visible in all cameras. It does not move

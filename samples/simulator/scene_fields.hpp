@@ -214,6 +214,11 @@ inline constexpr std::array kBumpFields{
     Field<Bump>{"roll_deg", &Bump::roll_deg, -30, 30},
 };
 
+inline constexpr std::array kDebrisFields{
+    Field<Debris>{"uneven_deg", &Debris::uneven_deg, 0, 10},
+    Field<Debris>{"uneven_length_m", &Debris::uneven_length_m, 0.05, 1000},
+};
+
 inline constexpr std::array kCarriedFields{
     Field<Carried>{"at_s", &Carried::at_s, -1e10, 1e10},
     Field<Carried>{"x_m", &Carried::x_m, 0, 2000},

@@ -263,12 +263,13 @@ void ReadGyro(const YamlValue& value, Gyro& gyro) {
 }
 
 void ReadDebris(const YamlValue& value, const Path& path, Debris& debris) {
-  value.AllowOnly({"bumps"});
+  AllowOnly(value, kDebrisFields, "bumps");
+  if (path.kind == PathKind::kTum) {
+    value.Fail("absent for path.kind tum", "remove it, the poses of the file hold the tilt");
+  }
+  ReadFields(value, kDebrisFields, debris);
   const auto bumps = value.Find("bumps");
   if (!bumps) return;
-  if (path.kind == PathKind::kTum) {
-    bumps->Fail("absent for path.kind tum", "remove it, the poses of the file hold the tilt");
-  }
   ReadFieldRows(value, "bumps", kBumpColumns, kBumpFields, debris.bumps);
 }
 

@@ -8,12 +8,6 @@ std::unique_ptr<compass::Compass> MakeCompass(const CompassParams& params) {
       return std::make_unique<Labrosse2004>();
     case Method::kLabrosse2006:
       return std::make_unique<Labrosse2006>(params.labrosse2006);
-    case Method::kLabrosse2006Probes: {
-      Labrosse2006Params probes = params.labrosse2006;
-      probes.amplitude = Amplitude::kProbes;
-      probes.expected = ExpectedTurn::kAsBefore;
-      return std::make_unique<Labrosse2006>(probes);
-    }
     case Method::kFft:
       break;
   }

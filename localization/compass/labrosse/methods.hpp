@@ -13,8 +13,6 @@ namespace ceilmap::labrosse {
 enum class Method : std::uint8_t {
   kFft,           ///< recommended: least drift, least time
   kLabrosse2006,  ///< as published
-  /// Labrosse2006 with Amplitude::kProbes and ExpectedTurn::kAsBefore; otherwise its parameters.
-  kLabrosse2006Probes,
   kLabrosse2004
 };
 

@@ -61,6 +61,43 @@ TEST(TiltAt, BumpsThatOverlapAddUp) {
   EXPECT_NEAR(tilt.roll_rad, -2 * kRadPerDeg, 1e-12);
 }
 
+// Over a long way the spread is the stated one in the middle of a bump, where its two neighbours
+// are at 0.
+TEST(UnevenGround, TiltsAtRandom) {
+  Debris debris;
+  EXPECT_TRUE(UnevenGround(debris, 1, 100).empty());
+  debris.uneven_deg = 2;
+  debris.uneven_length_m = 0.8;
+  debris.bumps = UnevenGround(debris, 1, 400);
+  ASSERT_EQ(debris.bumps.size(), 1000U);
+  double pitch2 = 0;
+  double roll2 = 0;
+  double both = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Tilt tilt = TiltAt(debris, 0.4 * i + 0.4);
+    EXPECT_NEAR(tilt.pitch_rad, debris.bumps[i].pitch_deg * kRadPerDeg, 1e-9);
+    pitch2 += std::pow(tilt.pitch_rad / kRadPerDeg, 2) / 1000;
+    roll2 += std::pow(tilt.roll_rad / kRadPerDeg, 2) / 1000;
+    both += tilt.pitch_rad * tilt.roll_rad / std::pow(kRadPerDeg, 2) / 1000;
+  }
+  EXPECT_NEAR(pitch2, 4, 0.6);
+  EXPECT_NEAR(roll2, 4, 0.6);
+  EXPECT_NEAR(both, 0, 0.5);
+  EXPECT_NE(UnevenGround(debris, 2, 400)[5].pitch_deg, debris.bumps[5].pitch_deg);
+}
+
+TEST(UnevenGround, TiltsThePathAsItGoes) {
+  Scene scene = StraightScene();
+  scene.debris.uneven_deg = 1.5;
+  const std::vector<Frame> frames = MakePath(scene);
+  const std::vector<Bump> bumps = UnevenGround(scene.debris, scene.seed, PathLength(scene));
+  const Frame& frame = frames[frames.size() / 2];
+  const double driven_m = Drive({{2, 3}, {6, 3}}, scene.path).DistanceAt(frame.stamp_s - 100);
+  const Tilt tilt = TiltAt({bumps}, driven_m);
+  EXPECT_FALSE(tilt.IsLevel());
+  EXPECT_NEAR((frame.T_map_base.linear() * Vector3d::UnitX()).z(), std::sin(tilt.pitch_rad), 1e-9);
+}
+
 TEST(TiltedBase, NoseUpLiftsTheMastAndLeftSideUpTipsItToTheRight) {
   const Isometry3d T_map_base = TiltedBase({1, 2, 0}, {5 * kRadPerDeg, 0}, 0.14);
   EXPECT_NEAR(T_map_base.translation().z(), 0.14 * std::sin(5 * kRadPerDeg), 1e-12);

@@ -304,7 +304,7 @@ TEST(Scene, FaultsOfDebrisAreSaidWithTheirLine) {
             "s.yaml:1: debris.bumps = [1, 1, 2], must be rows of 4 numbers (start_m, length_m, "
             "pitch_deg, roll_deg), not 3 numbers; complete the last row");
   EXPECT_EQ(ErrorOf("path: {kind: tum, tum_file: a}\ndebris: {bumps: [1, 1, 2, 0]}"),
-            "s.yaml:2: debris.bumps = [1, 1, 2, 0], must be absent for path.kind tum; remove it, "
+            "s.yaml:2: debris = {...}, must be absent for path.kind tum; remove it, "
             "the poses of the file hold the tilt");
   EXPECT_THAT(ErrorOf("debris: {bump: [1, 1, 2, 0]}"), HasSubstr("is an unknown key"));
 }

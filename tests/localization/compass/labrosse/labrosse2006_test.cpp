@@ -322,7 +322,6 @@ TEST(MakeCompass, MakesEachMethod) {
   const auto make = [](Method method) { return MakeCompass({.method = method}); };
   EXPECT_NE(dynamic_cast<compass::FftCompass*>(make(Method::kFft).get()), nullptr);
   EXPECT_NE(dynamic_cast<Labrosse2006*>(make(Method::kLabrosse2006).get()), nullptr);
-  EXPECT_NE(dynamic_cast<Labrosse2006*>(make(Method::kLabrosse2006Probes).get()), nullptr);
   EXPECT_NE(dynamic_cast<Labrosse2004*>(make(Method::kLabrosse2004).get()), nullptr);
   // Only the parameters of the selected method are checked.
   CompassParams params{.method = Method::kLabrosse2004};
