@@ -162,11 +162,24 @@ RemapTable::Source RingSource(const MirrorRing& ring,
   };
 }
 
-/// Samples directions of base through mirror and lens.
+/// A direction of the camera's frame, lowered to the mirror's rim where it is above it.
+Eigen::Vector3d BelowRim(const HyperbolicMirror& mirror, const Eigen::Vector3d& direction_cam) {
+  constexpr double kInsideRad = 1e-6;
+  const double level = direction_cam.head<2>().norm();
+  const double highest = mirror.RimElevation() - kInsideRad;
+  if (!(level > 0) || std::atan2(direction_cam.z(), level) <= highest) return direction_cam;
+  Eigen::Vector3d lowered;
+  lowered << std::cos(highest) / level * direction_cam.head<2>(), std::sin(highest);
+  return lowered;
+}
+
+/// Samples directions of the level robot through mirror and lens.
 RemapTable::Source MirrorSource(const MountedCamera& omni,
                                 const RowElevations& elevations,
-                                const MirrorViewParams& params) {
-  const Eigen::Matrix3d R_cam_base = omni.T_base_cam.linear().transpose();
+                                const MirrorViewParams& params,
+                                const std::optional<Tilt>& tilt = std::nullopt) {
+  Eigen::Matrix3d R_cam_base = omni.T_base_cam.linear().transpose();
+  if (tilt) R_cam_base = R_cam_base * tilt->T_level_base().linear().transpose();
   return [=, mirror = *omni.mirror, camera = omni.camera, columns = params.columns](
              int u, int v) -> std::optional<cv::Point2d> {
     const double azimuth = Azimuth(u, columns);
@@ -174,7 +187,8 @@ RemapTable::Source MirrorSource(const MountedCamera& omni,
     const Eigen::Vector3d direction_base(std::cos(elevation) * std::cos(azimuth),
                                          std::cos(elevation) * std::sin(azimuth),
                                          std::sin(elevation));
-    const auto p_cam = mirror.Reflection(R_cam_base * direction_base);
+    const Eigen::Vector3d direction_cam = R_cam_base * direction_base;
+    const auto p_cam = mirror.Reflection(tilt ? BelowRim(mirror, direction_cam) : direction_cam);
     if (!p_cam) return std::nullopt;
     const auto at = camera.Project(*p_cam);
     if (!at) return std::nullopt;
@@ -187,6 +201,17 @@ Eigen::Matrix3d FrontAtTop() {
   Eigen::Matrix3d R_base_cam;
   R_base_cam << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   return R_base_cam;
+}
+
+RemapTable TableFor(cv::Size raw,
+                    cv::Size size,
+                    const RemapTable::Source& source,
+                    Interpolation interpolation) {
+  return {raw, size, [&, nearest = interpolation == Interpolation::kNearest](int u, int v) {
+            std::optional<cv::Point2d> at = source(u, v);
+            if (at && nearest) at = {std::round(at->x), std::round(at->y)};
+            return at;
+          }};
 }
 
 }  // namespace
@@ -216,6 +241,10 @@ MirrorView::MirrorView(const MountedCamera& omni, const MirrorViewParams& params
   size_.height = elevations.Rows();
   horizon_row_ = elevations.HorizonRow();
   MakeTable(MirrorSource(omni, elevations, params), params.interpolation);
+  tilted_table_ = [=, raw = raw_size_, size = size_](const Tilt& tilt) {
+    const RemapTable::Source source = MirrorSource(omni, elevations, params, tilt);
+    return TableFor(raw, size, source, params.interpolation);
+  };
 }
 
 MirrorView::MirrorView(cv::Size raw, const MirrorRing& ring, const MirrorViewParams& params)
@@ -235,12 +264,7 @@ void MirrorView::MakeTable(const RemapTable::Source& source, Interpolation inter
                                  kMaxImagePx,
                                  kMaxImagePx));
   }
-  const bool nearest = interpolation == Interpolation::kNearest;
-  table_ = {raw_size_, size_, [&](int u, int v) {
-              std::optional<cv::Point2d> at = source(u, v);
-              if (at && nearest) at = {std::round(at->x), std::round(at->y)};
-              return at;
-            }};
+  table_ = TableFor(raw_size_, size_, source, interpolation);
   if (cv::countNonZero(table_.Mask()) == size_.area()) return;
   throw InputError(
       fmt::format("mirror camera: parts of the panorama lie outside the mirror or the image of {} "
@@ -248,7 +272,7 @@ void MirrorView::MakeTable(const RemapTable::Source& source, Interpolation inter
                   SizeText(raw_size_)));
 }
 
-void MirrorView::Unwrap(const cv::Mat& raw, cv::Mat& panorama) const {
+void MirrorView::CheckRaw(const cv::Mat& raw) const {
   if ((raw.type() != CV_8UC1 && raw.type() != CV_8UC3) || raw.size() != raw_size_) {
     throw InputError(
         fmt::format("mirror image of {} pixels, {}, must be {} and CV_8UC1 or CV_8UC3; use the rig "
@@ -257,7 +281,25 @@ void MirrorView::Unwrap(const cv::Mat& raw, cv::Mat& panorama) const {
                     cv::typeToString(raw.type()),
                     SizeText(raw_size_)));
   }
+}
+
+void MirrorView::Unwrap(const cv::Mat& raw, cv::Mat& panorama) const {
+  CheckRaw(raw);
   table_.Apply(raw, panorama);
+}
+
+void MirrorView::Unwrap(const cv::Mat& raw, const Tilt& tilt, cv::Mat& panorama) const {
+  CheckRaw(raw);
+  if (!tilted_table_) {
+    throw InputError(
+        "mirror camera: a tilt can be taken out only with a mirror of known shape; give its A, B "
+        "and C in the rig");
+  }
+  if (tilt.pitch_rad == 0 && tilt.roll_rad == 0) {
+    table_.Apply(raw, panorama);
+  } else {
+    tilted_table_(tilt).Apply(raw, panorama);
+  }
 }
 
 }  // namespace ceilmap::calib

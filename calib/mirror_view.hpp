@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "calib/base/tilt.hpp"
 #include "calib/remap_table.hpp"
 #include "calib/rig.hpp"
 
@@ -77,14 +79,22 @@ class MirrorView {
   ///   it is allocated only when size or type differ, and must not share memory with `raw`.
   /// @throws InputError on another type or size. Thread-safe with a panorama per thread.
   void Unwrap(const cv::Mat& raw, cv::Mat& panorama) const;
+  /// The same for a robot that is not level: the panorama is that of a level one at the same place.
+  /// Directions that the tilted mirror does not show are those at its rim with the same azimuth in
+  /// the camera. Cost: a new table, about 10 ms; a level robot costs as above.
+  /// @throws InputError also for a mirror of unknown shape.
+  void Unwrap(const cv::Mat& raw, const Tilt& tilt, cv::Mat& panorama) const;
 
  private:
   void MakeTable(const RemapTable::Source& source, Interpolation interpolation);
+  void CheckRaw(const cv::Mat& raw) const;
 
   cv::Size raw_size_;
   cv::Size size_;
   std::optional<double> horizon_row_;
   RemapTable table_;
+  /// The same for a tilted robot; empty for a mirror of unknown shape.
+  std::function<RemapTable(const Tilt&)> tilted_table_;
 };
 
 }  // namespace ceilmap::calib

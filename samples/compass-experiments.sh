@@ -8,9 +8,8 @@ set -euo pipefail
 # shellcheck source=samples/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 prepare "${1:-$root/samples/out/experiments}" --plots
-paper=$root/samples/papers/labrosse2006.csv
 names=("${@:2}")
-[[ ${#names[@]} -gt 0 ]] || names=(rotate-right straight-1 straight-2 circle-1 circle-2
+[[ ${#names[@]} -gt 0 ]] || names=(circle-1 circle-2 rotate-right straight-1 straight-2
   grass-1 grass-2 car-park pavement-straight grass-straight lab-omni-circle lab-omni-straight omni-rooms passing-car)
 
 # The papers unwrap without calibration, about the middle of the image, with a row per pixel of radius; 2006 the nearest pixel,
@@ -44,10 +43,9 @@ measure() {
     -o "$result.csv" --summary "$result.json" "$@" 2>"$result.log" || { cat "$result.log" >&2 && false; } &
 }
 
-# All methods on a recording ($1), into a folder ($2).
+# All methods on a recording in a folder ($1), into a folder ($2).
 measure_all() {
-  local folder skip
-  folder=$(recording "$1")
+  local folder=$1 skip
   mkdir -p "$2"
   for skip in {0..11}; do
     measure "$folder" "$2/fx-$skip" "${nearest[@]}" --method labrosse2006 --skip "$skip"
@@ -57,7 +55,13 @@ measure_all() {
   measure "$folder" "$2/2004-not-smooth" "${nearest[@]}" --method labrosse2004
   measure "$folder" "$2/2004-smooth" "${smooth[@]}" --method labrosse2004
   measure "$folder" "$2/fft" --rig "$folder/rig.yaml" --plot "$2"
+  if uneven "$folder"; then measure "$folder" "$2/fft-level" --rig "$folder/rig.yaml" --tilt "$folder/truth.tum"; fi
   wait
+}
+
+# Whether the ground of a recording ($1) tilts the robot: then its tilt is taken out of the panoramas too.
+uneven() {
+  grep -qs 'uneven_deg:' "$1/scene.yaml"
 }
 
 # A number by its key ($3) from a summary ($1), the first after the key $2, where each key stands on a line of its own.
@@ -98,6 +102,11 @@ amplitudes() {
   done
 }
 
+# The threshold by the rule of Table 1, if it was measured on circle-1.
+rule() {
+  awk -F, '$1 == "circle-1" { median = $5 } END { print median }' "$table1"
+}
+
 # Columns of a CSV file ($1) as a table; the first line is its head.
 as_table() {
   column -s, -t <(sed 's/,,/,-,/g; s/,,/,-,/g; s/,$/,-/' "$1")
@@ -110,33 +119,42 @@ echo "recording,method,references,frames,max_deg,rms_deg,mean_deg,std_deg,slope_
 for name in "${names[@]}"; do
   echo "$name" >&2
   results=$out/compass-$name
-  measure_all "$name" "$results"
+  folder=$(recording "$name")
+  measure_all "$folder" "$results"
+  amplitudes "$name" "$results" >>"$table1"
   best=$(best_skip "$results")
+  threshold=$(rule)
+  if [[ -n $threshold ]]; then
+    measure "$folder" "$results/atm-rule" "${nearest[@]}" --method labrosse2006 --threshold "$threshold"
+    wait
+  fi
   {
     add_row "$name" "Fx $best" "$results/fx-$best.json"
     add_row "$name" "Atm 0.6055" "$results/atm.json"
+    [[ -z $threshold ]] || add_row "$name" "Atm $threshold" "$results/atm-rule.json"
     add_row "$name" "2006-probes" "$results/probes.json"
     add_row "$name" "2004 not smooth" "$results/2004-not-smooth.json"
     add_row "$name" "2004 smooth" "$results/2004-smooth.json"
     add_row "$name" "fft" "$results/fft.json"
+    if uneven "$folder"; then add_row "$name" "fft, tilt known" "$results/fft-level.json"; fi
   } >>"$all"
-  amplitudes "$name" "$results" >>"$table1"
 done
 
 # Tables 3 and 4: the paper's rows, each followed by ours of the same kind.
 tables=$out/compass-tables-3-4.csv
 awk -F, -v OFS=, 'function rounded(value) { return value == "" ? "" : sprintf("%.3f", value) }
   FNR == 1 { if (NR == 1) print "recording", "by", "method", "references", "frames", "max_deg", "mean_deg", "std_deg", "slope_deg_s", "slope_deg_m"; next }
-  NR == FNR { ours[$1, substr($2, 1, 2)] = $1 OFS "ceilmap" OFS $2 OFS $3 OFS $4 OFS rounded($5) OFS rounded($7) OFS rounded($8) OFS rounded($9) OFS rounded($10); next }
+  NR == FNR { if (!(($1, substr($2, 1, 2)) in ours)) ours[$1, substr($2, 1, 2)] = $1 OFS "ceilmap" OFS $2 OFS $3 OFS $4 OFS rounded($5) OFS rounded($7) OFS rounded($8) OFS rounded($9) OFS rounded($10); next }
   ($1, substr($2, 1, 2)) in ours { print $1, "paper", $2, $3, $4, $5, $6, $7, $8, $9; print ours[$1, substr($2, 1, 2)] }' \
-  "$all" "$paper" >"$tables"
+  "$all" "$root/samples/papers/labrosse2006-tables-3-4.csv" >"$tables"
 
 echo
 echo "Labrosse 2006, tables 3 and 4: the paper's recordings, and simulated ones like them by the published method"
 as_table "$tables"
 echo
-echo "Table 1: normalised amplitude with the skip of the least error at the end, and one more (paper, circle-1: 3,0.6413,0.0486,0.6430,0.4881,0.7617 and 4,0.6053,0.0541,0.6055,0.3448,0.7284)"
-as_table "$table1"
+echo "Table 1: normalised amplitude with the skip of the least error at the end and one more; the paper's first. The last median of"
+echo "circle-1 is the threshold by the paper's rule, used as Atm beside the paper's own"
+as_table <(cat "$root/samples/papers/labrosse2006-table1.csv" <(tail -n +2 "$table1"))
 echo
 echo "All compasses: largest and RMS error, slope, time a frame without unwrapping"
 as_table <(awk -F, -v OFS=, 'NR == 1 { print "recording", "method", "max_deg", "rms_deg", "slope_deg_m", "ms_frame"; next }

@@ -7,6 +7,7 @@
 
 #include "app/commands/commands.hpp"
 #include "app/commands/compass_options.hpp"
+#include "app/commands/heading_inputs.hpp"
 #include "app/commands/settings_options.hpp"
 #include "app/commands/wheel_options.hpp"
 #include "app/figures/figure.hpp"
@@ -23,7 +24,6 @@
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
-#include "localization/compass/travel_forecast.hpp"
 #include "localization/compass/wheel_turns.hpp"
 
 namespace fs = std::filesystem;
@@ -33,11 +33,12 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr double kMaxDtS = 0.02;  // between a heading and its true pose
+constexpr double kMaxDtS = kMaxPoseDtS;  // between a heading and its true pose
 
 struct HeadingOptions {
   recordings::PanoramaOptions panorama;
   fs::path travel;
+  fs::path tilt;
   WheelOptions wheels;
   CompassOptions compass;
   fs::path output;
@@ -52,6 +53,10 @@ struct HeadingOptions {
 
 void HeadingOptions::Check(files::Existing existing) const {
   panorama.Check();
+  if (!tilt.empty() && panorama.rig.empty()) {
+    throw InputError(
+        "--tilt: needs --rig with the mirror's shape, by which a tilt can be taken out");
+  }
   compass.Check();
   if (plot_frame && plot.empty()) {
     throw InputError("--plot-frame: the figure is written to --plot DIR; give that too");
@@ -71,6 +76,7 @@ void HeadingOptions::Check(files::Existing existing) const {
     for (const fs::path& source : {panorama.rig,
                                    panorama.stamps,
                                    travel,
+                                   tilt,
                                    wheels.odometry,
                                    wheels.gyro,
                                    truth,
@@ -103,36 +109,6 @@ void CheckPlotFrame(const HeadingOptions& params, const recordings::FrameSource&
                                *frames - 1));
 }
 
-// Travel between frames, from a file of poses.
-class KnownTravel {
- public:
-  KnownTravel(std::vector<StampedPose> poses, const Eigen::Vector2d& camera)
-      : poses_(std::move(poses)), forecast_(camera) {}
-
-  // Frames in order of time. The newest pose before a frame is that of the frame.
-  std::optional<Eigen::Vector2d> To(double stamp_s) {
-    const std::size_t seen = next_;
-    while (next_ < poses_.size() && poses_[next_].stamp_s <= stamp_s + kMaxDtS) ++next_;
-    if (next_ > seen) {
-      const StampedPose& pose = poses_[next_ - 1];
-      forecast_.Add(pose.stamp_s, Pose2{pose.position.x(), pose.position.y(), YawOf(pose)});
-    }
-    std::optional<Eigen::Vector2d> travel;
-    if (last_s_) travel = forecast_.Between(*last_s_, stamp_s);
-    reported_ += travel ? 1 : 0;
-    last_s_ = stamp_s;
-    return travel;
-  }
-  [[nodiscard]] std::int64_t Reported() const { return reported_; }
-
- private:
-  std::vector<StampedPose> poses_;
-  std::size_t next_ = 0;
-  compass::TravelForecast forecast_;
-  std::optional<double> last_s_;
-  std::int64_t reported_ = 0;
-};
-
 // Wheels and gyro of the robot, beside its panoramas.
 struct KnownTurns {
   explicit KnownTurns(const HeadingOptions& params, const recordings::PanoramaSource& source)
@@ -160,12 +136,15 @@ struct PlottedProfile {
 void MeasureFrames(recordings::PanoramaSource& source,
                    compass::Compass& compass,
                    KnownTravel& travel,
+                   KnownTilts& tilts,
                    KnownTurns& turns,
                    const std::optional<std::int64_t>& plot_frame,
                    reports::HeadingResult& result,
                    PlottedProfile& plotted) {
   terminal::Progress progress("heading", "frames", source.Source().ExpectedFrames());
-  while (source.Read()) {
+  recordings::PanoramaSource::TiltAt tilt_at;
+  if (!tilts.Empty()) tilt_at = [&tilts](double stamp_s) { return tilts.At(stamp_s); };
+  while (source.Read(tilt_at)) {
     const recordings::Frame& frame = source.Raw();
     const auto start = steady_clock::now();
     compass::PanoramaFrame panorama;
@@ -258,8 +237,6 @@ void RunHeading(const HeadingOptions& params,
   summary.settings = SettingsJson(settings, {"compass"});
   std::vector<StampedPose> truth;
   if (!params.truth.empty()) truth = files::ReadTum(params.truth);
-  std::vector<StampedPose> poses;
-  if (!params.travel.empty()) poses = files::ReadTum(params.travel);
   std::optional<figures::FigureFolder> figures;
   if (!params.plot.empty()) figures.emplace(params.plot, common.Existing());
   recordings::PanoramaSource source(ForMethod(params.panorama, params.compass.method));
@@ -268,13 +245,19 @@ void RunHeading(const HeadingOptions& params,
 
   reports::HeadingResult result;
   PlottedProfile plotted;
-  KnownTravel travel(std::move(poses), source.Position());
+  KnownTravel travel(params.travel, source.Position());
+  KnownTilts tilts(params.tilt);
   KnownTurns turns(params, source);
-  MeasureFrames(source, *compass, travel, turns, params.plot_frame, result, plotted);
+  MeasureFrames(source, *compass, travel, tilts, turns, params.plot_frame, result, plotted);
   constexpr std::int64_t kMinFrames = 3;  // for the travel to the last one
   if (!params.travel.empty() && travel.Reported() == 0 && result.frames >= kMinFrames) {
     throw InputError(fmt::format("{}: no poses at the times of {}; do the two use the same clock?",
                                  params.travel.string(),
+                                 params.panorama.Source()));
+  }
+  if (!tilts.Empty() && tilts.Used() == 0) {
+    throw InputError(fmt::format("{}: no poses at the times of {}; do the two use the same clock?",
+                                 params.tilt.string(),
                                  params.panorama.Source()));
   }
   if (result.headings.empty()) throw RunError("interrupted before the first frame");
@@ -325,6 +308,12 @@ Command AddHeadingCommand(CLI::App& program) {
                  "and back")
       ->type_name("T.tum")
       ->group("Compass");
+  cli.add_option("--tilt",
+                 params->tilt,
+                 "Poses by 'map' or 'localize': their roll and pitch are taken out of the "
+                 "panoramas (uneven ground); needs --rig with the mirror's shape")
+      ->type_name("T.tum")
+      ->group("Unwrapping");
   const std::string result = "Results";
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type);

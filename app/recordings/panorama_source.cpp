@@ -202,11 +202,16 @@ PanoramaSource::PanoramaSource(const PanoramaOptions& options)
   }
 }
 
-bool PanoramaSource::Read() {
+bool PanoramaSource::Read(const TiltAt& tilt_at) {
   if (!source_.Read(frame_)) return false;
   const auto start = std::chrono::steady_clock::now();
   if (view_) {
-    view_->Unwrap(frame_.image, panorama_);
+    const std::optional<Tilt> tilt = tilt_at ? tilt_at(frame_.stamp_s) : std::nullopt;
+    if (tilt) {
+      view_->Unwrap(frame_.image, *tilt, panorama_);
+    } else {
+      view_->Unwrap(frame_.image, panorama_);
+    }
   } else {
     OrientPanorama(frame_.image, rising_, front_column_, panorama_);
   }

@@ -4,12 +4,14 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/recordings/frame_source.hpp"
+#include "calib/base/tilt.hpp"
 #include "calib/mirror_view.hpp"
 #include "calib/robot_rig.hpp"
 
@@ -51,9 +53,14 @@ class PanoramaSource {
   /// Opens recording and rig. @throws InputError also when they do not fit each other.
   explicit PanoramaSource(const PanoramaOptions& options);
 
+  /// Tilt of the robot at a time; nothing: it is not known.
+  using TiltAt = std::function<std::optional<Tilt>(double stamp_s)>;
+
   /// Reads the next panorama; its memory is reused by the following one. @return as
   /// FrameSource::Read.
-  bool Read();
+  /// @param tilt_at  A tilt that is known is taken out of the panorama; only for a mirror of known
+  /// shape. Null: none is known.
+  bool Read(const TiltAt& tilt_at = nullptr);
   [[nodiscard]] const Frame& Raw() const { return frame_; }
   [[nodiscard]] const cv::Mat& Panorama() const { return panorama_; }
 

@@ -1,7 +1,7 @@
 #include "calib/mirror_view.hpp"
 #include "calib/base/degrees.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -279,6 +279,45 @@ TEST(MirrorView, HonoursTheMountingAndTheLens) {
   const double highest = omni.mirror->RimElevation() - 3 * kRadPerDeg;
   const MirrorView view(omni, {.columns = 360, .rows = 40});
   ExpectRoom(view, RenderMirror(omni, Room), [&](int v) { return highest * (1 - (v + 0.5) / 20); });
+}
+
+// A robot that leans sees the room as if it stood level.
+TEST(MirrorView, TakesOutATilt) {
+  const MountedCamera omni = OmniCamera();
+  const double highest = omni.mirror->RimElevation() - 6 * kRadPerDeg;
+  const MirrorView view(omni, {.columns = 360, .rows = 40, .highest_elevation_rad = highest});
+  for (const auto& [pitch_deg, roll_deg] : {std::pair{3.0, 0.0}, {0.0, -4.0}, {-2.0, 5.0}}) {
+    Tilt tilt;
+    tilt.pitch_rad = pitch_deg * kRadPerDeg;
+    tilt.roll_rad = roll_deg * kRadPerDeg;
+    MountedCamera tilted = omni;
+    tilted.T_base_cam.linear() = tilt.T_level_base().linear() * omni.T_base_cam.linear();
+    const cv::Mat raw = RenderMirror(tilted, Room);
+    cv::Mat level;
+    view.Unwrap(raw, tilt, level);
+    const cv::Mat expected = Panorama(view, RenderMirror(omni, Room));
+    EXPECT_LE(cv::norm(level, expected, cv::NORM_INF), 2) << pitch_deg << " " << roll_deg;
+    EXPECT_GT(cv::norm(Panorama(view, raw), expected, cv::NORM_INF), 5);
+  }
+}
+
+// Above the rim there is nothing to see: what is there has the value at the rim.
+TEST(MirrorView, ATiltedPanoramaIsWholeUpToTheRim) {
+  const MountedCamera omni = OmniCamera();
+  const MirrorView view(omni, {.columns = 360, .rows = 45});
+  Tilt tilt;
+  tilt.pitch_rad = 5 * kRadPerDeg;
+  cv::Mat panorama;
+  view.Unwrap(RenderMirror(omni, [](const Eigen::Vector3d&) { return 200.0; }), tilt, panorama);
+  double least = 0;
+  cv::minMaxLoc(panorama, &least);
+  EXPECT_GE(least, 150);  // the edge of the rim is mixed with the dark beyond
+  cv::Mat level;
+  view.Unwrap(RenderMirror(omni, Room), Tilt{}, level);
+  EXPECT_EQ(cv::norm(level, Panorama(view, RenderMirror(omni, Room)), cv::NORM_INF), 0);
+  const MirrorView ring(kSize, kRing);
+  EXPECT_THAT(MessageOf([&] { ring.Unwrap(cv::Mat(kSize, CV_8UC1), tilt, panorama); }),
+              testing::HasSubstr("only with a mirror of known shape"));
 }
 
 TEST(MirrorView, HonoursTheYawOfARing) {
