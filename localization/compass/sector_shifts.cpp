@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <vector>
 
 #include "calib/base/pose2.hpp"
 #include "mapping/registration/kernels.hpp"
@@ -13,6 +15,12 @@ namespace {
 // Width of each sector (a raised cosine of twice this width at its base), in (0, pi/2]. A narrow
 // sector has nearly one shift under travel; a wide sector contains more texture.
 constexpr double kWidthRad = 0.105;
+
+// Content wider than this is removed from the lines, rad: an edge between wall and ceiling, hedge
+// and sky, that runs along the travel changes its height slowly around the circle and stays in
+// place in the panorama; where a wall is bare nothing else is seen, and it would tell a motion of
+// 0.
+constexpr double kBroadRad = 0.14;
 
 using std::numbers::pi;
 
@@ -27,9 +35,22 @@ CEILMAP_HOT void AddSquaredDifferences(const float* a, const float* b, int n, fl
   }
 }
 
-CEILMAP_HOT void Unpack(
-    const std::uint8_t* row, int channels, int columns, float mean, float* line) {
-  for (int u = 0; u < columns; ++u) line[u] = static_cast<float>(row[u * channels]) - mean;
+CEILMAP_HOT void Unpack(const std::uint8_t* row, int channels, int columns, float* line) {
+  for (int u = 0; u < columns; ++u) line[u] = static_cast<float>(row[u * channels]);
+}
+
+/// line = samples minus their mean over 2 half + 1 columns, around the circle.
+void SubtractLocalMean(std::span<const float> samples, int half, float* line) {
+  const int columns = static_cast<int>(samples.size());
+  double sum = 0;
+  for (int u = -half; u <= half; ++u) sum += samples[Count((u + columns) % columns)];
+  for (int u = 0; u < columns; ++u) {
+    line[u] = samples[Count(u)] - static_cast<float>(sum / (2 * half + 1));
+    const int next = u + half + 1;
+    const int last = u - half;
+    sum += samples[Count(next < columns ? next : next - columns)] -
+           samples[Count(last < 0 ? last + columns : last)];
+  }
 }
 
 CEILMAP_HOT float WeightedSum(const float* values, const float* weights, int n) {
@@ -68,14 +89,14 @@ SectorMatcher::SectorMatcher(cv::Size size, int channels)
   shifts_.reserve(Count(kSectors));
 }
 
-void SectorMatcher::Analyze(const cv::Mat& panorama, PanoramaLines& lines) const {
+void SectorMatcher::Analyze(const cv::Mat& panorama, PanoramaLines& lines) {
   lines.samples.Resize(Count(rows_ * channels_) * Count(columns_));
+  const int half = std::clamp(
+      static_cast<int>(std::lround(0.5 * kBroadRad * columns_ / (2 * pi))), 1, (columns_ - 1) / 2);
+  row_.resize(Count(columns_));
   for (int i = 0; i < rows_ * channels_; ++i) {
-    const std::uint8_t* row = panorama.ptr(i / channels_) + i % channels_;
-    float* line = lines.samples.data() + Count(i) * Count(columns_);
-    std::uint32_t sum = 0;
-    for (int u = 0; u < columns_; ++u) sum += row[u * channels_];
-    Unpack(row, channels_, columns_, static_cast<float>(sum) / static_cast<float>(columns_), line);
+    Unpack(panorama.ptr(i / channels_) + i % channels_, channels_, columns_, row_.data());
+    SubtractLocalMean(row_, half, lines.samples.data() + Count(i) * Count(columns_));
   }
 }
 

@@ -10,7 +10,8 @@ namespace ceilmap::compass {
 
 /// A panorama in the form that SectorMatcher uses; memory is reused.
 struct PanoramaLines {
-  /// A line is a row of one channel, with its mean subtracted; line by line, W samples each.
+  /// A line is a row of one channel, with its local mean (over 8 deg) subtracted; line by line, W
+  /// samples each.
   registration::RealArray samples;
 };
 
@@ -40,7 +41,7 @@ class SectorMatcher {
 
   /// @param panorama  CV_8UC1 or CV_8UC3 as given to the constructor.
   /// Time is proportional to the number of rows; about twelve averaged rows are sufficient.
-  void Analyze(const cv::Mat& panorama, PanoramaLines& lines) const;
+  void Analyze(const cv::Mat& panorama, PanoramaLines& lines);
 
   /// @param expected_columns  Expected shift of the reference's content to the right.
   /// @return the sectors with a valid shift; valid until the next call.
@@ -59,6 +60,7 @@ class SectorMatcher {
   std::vector<float> window_;  ///< window of a sector, odd length
   int stride_;                 ///< row stride of volume_: the columns plus the width of a window
   registration::RealArray volume_;  ///< squared distance by shift and column
+  std::vector<float> row_;
   std::vector<float> doubled_;
   std::vector<double> cost_;
   std::vector<SectorShift> shifts_;

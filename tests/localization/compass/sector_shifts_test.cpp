@@ -1,0 +1,64 @@
+#include "localization/compass/sector_shifts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/localization/compass/panoramas.hpp"
+
+namespace ceilmap::compass {
+namespace {
+
+constexpr int kColumns = 720;
+constexpr int kRows = 12;
+constexpr double kColumnRad = 2 * std::numbers::pi / kColumns;
+
+/// Fine texture of this contrast on a broad pattern that fades twice around the circle.
+cv::Mat View(double contrast, double broad, int shift) {
+  cv::Mat texture = RandomPanorama(kRows, kColumns, CV_8UC1, 1);
+  cv::GaussianBlur(texture, texture, {5, 1}, 1.2, 0);
+  const cv::Mat moved = Rolled(texture, shift);
+  cv::Mat view(kRows, kColumns, CV_8UC1);
+  for (int v = 0; v < kRows; ++v) {
+    for (int u = 0; u < kColumns; ++u) {
+      const double fades = std::sin(2 * kColumnRad * u + v);
+      view.at<std::uint8_t>(v, u) = cv::saturate_cast<std::uint8_t>(
+          128 + broad * fades + contrast * (moved.at<std::uint8_t>(v, u) - 128));
+    }
+  }
+  return view;
+}
+
+TEST(SectorMatcher, MeasuresTheShiftOfEachSector) {
+  SectorMatcher matcher({kColumns, kRows}, 1);
+  PanoramaLines before;
+  PanoramaLines after;
+  matcher.Analyze(View(0.5, 0, 0), before);
+  for (const int shift : {-9, 0, 4}) {
+    matcher.Analyze(View(0.5, 0, shift), after);
+    const auto shifts = matcher.Measure(before, after, 0);
+    EXPECT_GE(shifts.size(), 35U);
+    for (const SectorShift& sector : shifts) {
+      EXPECT_NEAR(sector.shift_rad, shift * kColumnRad, 0.1 * kColumnRad);
+    }
+  }
+}
+
+// The edge of a wall along the way stays in place while the faint texture of the wall moves.
+TEST(SectorMatcher, WhatFadesBroadlyTellsNoMotion) {
+  SectorMatcher matcher({kColumns, kRows}, 1);
+  PanoramaLines before;
+  PanoramaLines after;
+  matcher.Analyze(View(0.1, 80, 0), before);
+  matcher.Analyze(View(0.1, 80, 6), after);
+  const auto shifts = matcher.Measure(before, after, 0);
+  EXPECT_GE(shifts.size(), 30U);
+  for (const SectorShift& sector : shifts) {
+    EXPECT_NEAR(sector.shift_rad, 6 * kColumnRad, 0.5 * kColumnRad) << sector.azimuth_rad;
+  }
+}
+
+}  // namespace
+}  // namespace ceilmap::compass
