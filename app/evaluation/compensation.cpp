@@ -104,7 +104,8 @@ std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& 
     compensation.frames[k].before = Place(truth[k], before[c], T_truth_before);
   }
   for (const auto& [k, c] : MatchStamps(truth, after, params.max_dt_s)) {
-    compensation.frames[k].after = Place(truth[k], after[c], T_truth_before);
+    compensation.frames[k].after =
+        Place(truth[k], after[c], params.T_truth_after.value_or(T_truth_before));
     compensation.frames[k].tilt = TiltOf(after[c]);
   }
   compensation.before = Collect(compensation.frames, &CompensatedFrame::before);

@@ -15,13 +15,16 @@ namespace ceilmap::evaluation {
 /// localization of a robot on a ceiling map"): the largest errors along and across the path before
 /// and after compensation, and their ratio.
 ///
-/// Both trajectories are aligned to the truth by one planar motion, which is fitted to the level
-/// part of BEFORE. An alignment over all frames would hide part of the errors of tilted frames.
+/// Two trajectories of one run are aligned to the truth by one planar motion, which is fitted to
+/// the level part of BEFORE. An alignment over all frames would hide part of the errors of tilted
+/// frames. Trajectories of two runs have maps of their own: each is aligned by its own level part.
 
 struct CompensationParams {
   double max_dt_s = 0.02;        ///< poses further apart in time are not compared, >= 0
   double level_below_deg = 0.2;  ///< limit of the true pitch and roll of a level frame, absolute
                                  ///< values, > 0
+  /// Alignment of AFTER where it is of another run; unset: that of BEFORE.
+  std::optional<Pose2> T_truth_after = {};
 };
 
 /// Alignment of BEFORE with the truth.
@@ -87,7 +90,8 @@ struct Compensation {
   std::vector<CompensatedFrame> frames;  ///< one for each pose of the truth
 };
 
-/// @param T_truth_before  From AlignLevelFrames; it is applied to both `before` and `after`.
+/// @param T_truth_before  From AlignLevelFrames; it is applied to `before`, and to `after` unless
+///   params.T_truth_after is set.
 /// @return unset when `before` or `after` has no pose within max_dt_s of a true one.
 std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& truth,
                                                 const std::vector<StampedPose>& before,
