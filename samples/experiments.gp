@@ -90,8 +90,8 @@ do for [format in 'svg png'] {
 }
 
 # One legend above all panels.
-legend = 'set key at screen 0.5,0.995 center top horizontal maxrows 1 samplen 5 width 1'
-panels = 'set multiplot layout 2,2 margins char 8,char 2,char 3.5,char 5 spacing char 10,char 4'
+legend = 'set key at screen 0.5,0.995 center top horizontal maxrows 3 samplen 6 width 2'
+panels = 'set multiplot layout 2,2 margins char 8,char 2,char 3.5,char 6.5 spacing char 10,char 4'
 # Lines of all methods in a column, times a factor; fused runs under ceiling, which often agrees with it.
 lines(column, factor) = sprintf("csv('matsumoto') using 0:(%g * column(%d)) every ::1 with lines ls 7 title 'matsumoto', \
   csv('forward') using 0:(%g * column(%d)) every ::1 with lines ls 2 title 'forward', \

@@ -87,6 +87,18 @@ print_table() {
     }' "$folder/report/estimates.csv" "$folder/report/compensation.csv"
 }
 
+# The errors of the estimated tilt, from the report in a folder ($2).
+print_tilt() {
+  echo
+  echo "Experiment $1: error of pitch and roll in degrees, RMSE and largest"
+  awk -F, '
+    NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
+    $column["estimate"] != "none" {
+      printf "%-24s pitch %6.3f %6.3f   roll %6.3f %6.3f\n", $column["estimate"], $column["pitch_rmse_deg"],
+        $column["pitch_max_deg"], $column["roll_rmse_deg"], $column["roll_max_deg"]
+    }' "$2/report/compensation.csv"
+}
+
 # Where a map ($1) has its mosaic, as settings for gnuplot: the centre of its lower left pixel, and a pixel's size.
 mosaic_place() {
   "$ceilmap" info --json "$1" | awk -F'[:,]' '
@@ -119,6 +131,7 @@ experiment() {
   evaluate "$sample" "$folder/localization" --frame-from "$lab/truth.tum" "$out/lab.tum"
   print_table "$number" mapping "$folder/mapping"
   print_table "$number" localization "$folder/localization"
+  print_tilt "$number" "$folder/mapping"
   draw "$folder/mapping" "$folder/mapping/fused"
   draw "$folder/localization" "$out/lab"
 }
@@ -132,7 +145,7 @@ echo
 echo "These recordings are ray-traced and their calibration is exact: the ratios are not those of a real robot."
 echo "Experiment 1 has no roll: there is no error across the path to be reduced."
 echo "  $out/matsumoto.csv   the figures of all tables; ratio: along the path"
-echo "  $out/experiment-*/*/evaluation.txt   errors of the estimated tilt; report/*-errors.csv those of each frame"
+echo "  $out/experiment-*/*/evaluation.txt   more figures; report/*-errors.csv those of each frame"
 for figure in positions errors tilt; do echo "  $out/experiment-*/*/$figure.svg and .png"; done
 
 "$root/samples/compass-experiments.sh" "$out"
