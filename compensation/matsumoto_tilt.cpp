@@ -38,9 +38,9 @@ struct ImagePair {
 }  // namespace
 
 struct MatsumotoTilt::Impl {
-  Impl(const calib::Rig& robot, const MatsumotoTiltParams& p)
+  Impl(const calib::Rig& robot, double sigmas)
       : rig(robot),
-        params(p),
+        level_sigmas(sigmas),
         up_view(UpOf(rig), rig.ceiling_height_m),
         forward_view(ForwardOf(rig)),
         up(up_view),
@@ -60,7 +60,7 @@ struct MatsumotoTilt::Impl {
   void MakeLevelFrame(const ImagePair& images);
 
   calib::Rig rig;
-  MatsumotoTiltParams params;
+  double level_sigmas;
   calib::CeilingView up_view;
   calib::ForwardView forward_view;
   SimilarityTracker up;
@@ -165,8 +165,8 @@ void MatsumotoTilt::Impl::Renew(const ImagePair& images, double zoom) {
   MakeLevelFrame(middle);
 }
 
-MatsumotoTilt::MatsumotoTilt(const calib::Rig& rig, const MatsumotoTiltParams& params)
-    : impl_(std::make_unique<Impl>(rig, params)) {}
+MatsumotoTilt::MatsumotoTilt(const calib::Rig& rig, double level_sigmas)
+    : impl_(std::make_unique<Impl>(rig, level_sigmas)) {}
 MatsumotoTilt::~MatsumotoTilt() = default;
 MatsumotoTilt::MatsumotoTilt(MatsumotoTilt&&) noexcept = default;
 MatsumotoTilt& MatsumotoTilt::operator=(MatsumotoTilt&&) noexcept = default;
@@ -181,7 +181,7 @@ TiltEstimate MatsumotoTilt::Estimate(const TiltFrame& frame) {
   if (const std::optional<TiltAngles> measured = me.Solve(seen)) {
     me.failed = 0;
     me.Take(*measured, estimate);
-    images.level = measured->Sigmas() <= me.params.level_sigmas;
+    images.level = measured->Sigmas() <= me.level_sigmas;
     me.report.level += images.level ? 1 : 0;
     me.Renew(images, seen.forward->zoom);
     return estimate;

@@ -7,12 +7,6 @@
 
 namespace ceilmap::compensation {
 
-struct MatsumotoTiltParams {
-  /// A frame whose pitch and roll lie within this many standard deviations of level may become the
-  /// level frame B, >= 0. Its own tilt stays as measured.
-  double level_sigmas = 2;
-};
-
 /// Pitch and roll by the method of Matsumoto et al. 2010, "Visual compensation in localization of a
 /// robot on a ceiling map", as it is published: Eq. (1) is solved for each frame alone. There is no
 /// filter over time, no estimate of the wall's distance and no feedback from the ceiling or a map.
@@ -43,8 +37,10 @@ struct MatsumotoTiltParams {
 /// Not thread-safe; measures both cameras in parallel.
 class MatsumotoTilt {
  public:
+  /// @param level_sigmas  A frame whose pitch and roll lie within this many standard deviations of
+  ///   level may become the level frame B, >= 0. Its own tilt stays as measured.
   /// @throws InputError when the rig lacks an upward or a forward camera.
-  explicit MatsumotoTilt(const calib::Rig& rig, const MatsumotoTiltParams& params = {});
+  explicit MatsumotoTilt(const calib::Rig& rig, double level_sigmas = 2);
   ~MatsumotoTilt();
   MatsumotoTilt(MatsumotoTilt&&) noexcept;
   MatsumotoTilt& operator=(MatsumotoTilt&&) noexcept;

@@ -65,7 +65,7 @@ struct TiltEstimator::Impl {
                                    params.level_sigmas));
     }
     if (params.method == TiltMethod::kMatsumoto) {
-      matsumoto.emplace(rig, MatsumotoTiltParams{params.level_sigmas});
+      matsumoto.emplace(rig, params.level_sigmas);
       return;
     }
     const bool wants_forward = params.method != TiltMethod::kCeiling;

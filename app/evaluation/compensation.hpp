@@ -23,8 +23,6 @@ struct CompensationParams {
   double max_dt_s = 0.02;        ///< poses further apart in time are not compared, >= 0
   double level_below_deg = 0.2;  ///< limit of the true pitch and roll of a level frame, absolute
                                  ///< values, > 0
-  /// Alignment of AFTER where it is of another run; unset: that of BEFORE.
-  std::optional<Pose2> T_truth_after = {};
 };
 
 /// Alignment of BEFORE with the truth.
@@ -90,14 +88,16 @@ struct Compensation {
   std::vector<CompensatedFrame> frames;  ///< one for each pose of the truth
 };
 
-/// @param T_truth_before  From AlignLevelFrames; it is applied to `before`, and to `after` unless
-///   params.T_truth_after is set.
+/// @param T_truth_before  From AlignLevelFrames.
+/// @param T_truth_after  The same for `after` where it is of another run; unset: T_truth_before.
 /// @return unset when `before` or `after` has no pose within max_dt_s of a true one.
-std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& truth,
-                                                const std::vector<StampedPose>& before,
-                                                const std::vector<StampedPose>& after,
-                                                const Pose2& T_truth_before,
-                                                const CompensationParams& params = {});
+std::optional<Compensation> CompareCompensation(
+    const std::vector<StampedPose>& truth,
+    const std::vector<StampedPose>& before,
+    const std::vector<StampedPose>& after,
+    const Pose2& T_truth_before,
+    const CompensationParams& params = {},
+    const std::optional<Pose2>& T_truth_after = std::nullopt);
 
 /// Largest absolute pitch and roll of a trajectory.
 TiltDegrees LargestTilt(const std::vector<StampedPose>& poses);

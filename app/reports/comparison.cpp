@@ -213,12 +213,12 @@ void Comparer::CompareBefore(const files::NamedFile& file,
         fmt::format("{}: has headings only, --before compares poses", file.file.string()));
   }
   const Pose2& T_truth_before = *comparison_.compensation->alignment.T_truth_before;
-  evaluation::CompensationParams params = Compensation();
+  std::optional<Pose2> T_truth_after;
   if (params_.before_is_another_run) {
-    params.T_truth_after = AlignLevel(file.file, estimate, added_s).T_truth_before;
+    T_truth_after = AlignLevel(file.file, estimate, added_s).T_truth_before;
   }
-  auto compensation =
-      evaluation::CompareCompensation(truth_, before_, estimate.poses, T_truth_before, params);
+  auto compensation = evaluation::CompareCompensation(
+      truth_, before_, estimate.poses, T_truth_before, Compensation(), T_truth_after);
   comparison_.compensation->estimates.push_back({file.name, std::move(compensation.value())});
 }
 

@@ -71,11 +71,8 @@ TEST(CompareCompensation, AnotherRunHasAnAlignmentOfItsOwn) {
   for (StampedPose& pose : elsewhere) {
     pose.position.head<2>() = T_other_map * Eigen::Vector2d(pose.position.head<2>());
   }
-  const auto other = CompareCompensation(Truth(),
-                                         Estimate(kBefore),
-                                         elsewhere,
-                                         kTruthMap,
-                                         {.T_truth_after = kTruthMap * T_other_map.Inverse()});
+  const auto other = CompareCompensation(
+      Truth(), Estimate(kBefore), elsewhere, kTruthMap, {}, kTruthMap * T_other_map.Inverse());
   ASSERT_TRUE(same && other);
   EXPECT_NEAR(other->before.max_along_m, same->before.max_along_m, 1e-14);
   EXPECT_NEAR(other->after.max_along_m, same->after.max_along_m, 1e-12);
