@@ -58,9 +58,9 @@ void SensorOptions::AddTo(CLI::App& cli,
       ->group(inputs);
   add("--tilt",
       tilt,
-      "Tilt compensation: none, by the forward camera (matsumoto: the paper's equation alone), by "
-      "the keystone distortion of the ceiling, or by both [fused with a rig; ceiling without "
-      "--forward]",
+      "Tilt compensation: none; by the forward camera (forward; matsumoto: as published by "
+      "Matsumoto et al. 2010, each frame alone); by the keystone distortion of the ceiling; or by "
+      "ceiling and forward camera [fused with a rig; ceiling without --forward]",
       "METHOD")
       ->check(CLI::IsMember({"none", "matsumoto", "forward", "ceiling", "fused"}))
       ->group(inputs);
