@@ -87,6 +87,14 @@ ValueAndSlope WallResidual(const State& at, const WallObservation& seen) {
           at.tan.slope + seen.wall_per_m * slope};
 }
 
+/// F = b (s t - t1) - (s - 1) (z' - d)
+ValueAndSlope ZoomResidual(const State& at, const ZoomObservation& seen) {
+  const double drop = seen.zoom * at.tan.value - seen.tan_shift;
+  return {at.base.value * drop - (seen.zoom - 1) * at.climb.value,
+          at.base.slope * drop + at.base.value * seen.zoom * at.tan.slope -
+              (seen.zoom - 1) * at.climb.slope};
+}
+
 /// d(tilt) / d(input) of residual(tilt, input) = 0.
 double Implicit(double by_input, double by_tilt) {
   // Below this slope two roots coincide; the remaining value is a rounding error.
@@ -103,10 +111,27 @@ ForwardTilt FromWall(double tilt_rad, const State& at, const WallObservation& se
   return {tilt_rad, at.base.value, by};
 }
 
+ForwardTilt FromZoom(double tilt_rad, const State& at, const ZoomObservation& seen) {
+  const double slope = ZoomResidual(at, seen).slope;
+  ForwardSensitivity by;
+  by.by_tan_shift = Implicit(-at.base.value, slope);
+  by.by_zoom = Implicit(at.base.value * at.tan.value - at.climb.value, slope);
+  by.by_seen_motion_m = Implicit(seen.zoom * at.tan.value - seen.tan_shift, slope);
+  return {tilt_rad, at.base.value, by};
+}
+
 /// True when the wall stands in front of both cameras, and not nearer than allowed.
 bool IsInFront(const ForwardTilt& tilt, double wall_per_m, const ForwardLimits& limits) {
   const double zoom = 1 / (1 - tilt.base_shift_m * wall_per_m);
   return zoom > 0 && std::max(1.0, zoom) * wall_per_m * limits.nearest_wall_m <= 1;
+}
+
+/// The tilt nearest to th1 first.
+void Sort(std::vector<ForwardTilt>& tilts, double tan_shift) {
+  const double th1 = std::atan(tan_shift);
+  std::sort(tilts.begin(), tilts.end(), [th1](const ForwardTilt& one, const ForwardTilt& other) {
+    return std::abs(one.tilt_rad - th1) < std::abs(other.tilt_rad - th1);
+  });
 }
 
 ForwardVerdict VerdictOf(const std::vector<ForwardTilt>& tilts, bool any_root) {
@@ -156,11 +181,28 @@ ForwardSolution ForwardEquation::SolveFromWall(const WallObservation& seen,
     const ForwardTilt tilt = FromWall(root, at(root), seen);
     if (IsInFront(tilt, seen.wall_per_m, limits)) tilts.push_back(tilt);
   }
-  std::sort(tilts.begin(), tilts.end(), [&](const ForwardTilt& one, const ForwardTilt& other) {
-    const double th1 = std::atan(seen.tan_shift);
-    return std::abs(one.tilt_rad - th1) < std::abs(other.tilt_rad - th1);
-  });
+  Sort(tilts, seen.tan_shift);
   return {VerdictOf(tilts, !roots.empty()), tilts};
+}
+
+ForwardSolution ForwardEquation::SolveFromZoom(const ZoomObservation& seen,
+                                               const ForwardLimits& limits) const {
+  limits.Validate();
+  if (!(std::isfinite(seen.tan_shift) && std::isfinite(seen.seen_motion_m) &&
+        std::isfinite(seen.zoom) && seen.zoom > 0)) {
+    return {ForwardVerdict::kInvalid, {}};
+  }
+  const auto at = [&](double tilt_rad) {
+    return State(model_, camera_height_m_, tilt_rad, seen.seen_motion_m);
+  };
+  std::vector<ForwardTilt> tilts;
+  for (const double root :
+       AllRoots([&](double tilt_rad) { return ZoomResidual(at(tilt_rad), seen); },
+                limits.max_tilt_rad)) {
+    tilts.push_back(FromZoom(root, at(root), seen));
+  }
+  Sort(tilts, seen.tan_shift);
+  return {VerdictOf(tilts, false), tilts};
 }
 
 }  // namespace ceilmap::compensation

@@ -22,6 +22,18 @@ struct WallObservation {
   double seen_motion_m;
 };
 
+/// What Eq. (1) of the paper takes: WallObservation with the zoom of the forward images in place of
+/// the wall's distance.
+struct ZoomObservation {
+  double tan_shift;  ///< tan(th1), as above.
+  /// s = D / x1, the size of the wall in B relative to A; D and x1 are the distances of the wall
+  /// point ahead of the camera in A and in B, along the floor. > 0; below 1 when B stands behind A.
+  /// th2, with tan(th2) = tan(th1) / s, is the angle at which a level camera in the place of A
+  /// would see the wall point below its axis.
+  double zoom;
+  double seen_motion_m;  ///< Cx, as above.
+};
+
 /// Limits of a tilt and of the wall, known before the measurement.
 struct ForwardLimits {
   /// Largest tilt to either side, in (0, kMaxTiltRad].
@@ -34,10 +46,12 @@ struct ForwardLimits {
   void Validate() const;
 };
 
-/// First-order derivatives of the tilt by the values from which it was computed. They grow without
-/// bound as two roots approach each other, and all are infinite where two roots coincide.
+/// First-order derivatives of the tilt by the values from which it was computed; 0 for values that
+/// were not used. They grow without bound as two roots approach each other, and all are infinite
+/// where two roots coincide.
 struct ForwardSensitivity {
   double by_tan_shift = 0;
+  double by_zoom = 0;
   double by_wall_per_m = 0;     ///< In metres.
   double by_seen_motion_m = 0;  ///< In 1 / metres.
 };
@@ -54,7 +68,7 @@ enum class ForwardVerdict {
   kAmbiguous,    ///< Several do.
   kImplausible,  ///< Some tilt does, but its wall is behind a camera or too near.
   kNoRoot,       ///< None within max_tilt_rad does.
-  kInvalid,      ///< A number is not finite, or wall_per_m < 0.
+  kInvalid,      ///< A number is not finite, wall_per_m < 0, or the zoom not > 0.
 };
 
 struct ForwardSolution {
@@ -74,9 +88,9 @@ struct ForwardSolution {
 ///   E = t(tilt) - t(th1) (1 - b / D) - (z' - d) / D = 0
 ///
 /// The equation states that A and B see the wall point at the same height. Eq. (1) as printed
-/// replaces D by the zoom s of the forward images, D = b s / (s - 1), and multiplies by D. This
-/// form has no pole: it holds for any base line, 0 included, and becomes tilt = th1 as D grows. See
-/// compensation/README.md, "Tilt from the forward camera".
+/// replaces D by the zoom s of the forward images, D = b s / (s - 1), and multiplies by D. With a
+/// known distance of the wall the form above has no pole: it holds for any base line, 0 included,
+/// and becomes tilt = th1 as D grows. See compensation/README.md, "Tilt from the forward camera".
 class ForwardEquation {
  public:
   /// @param camera_height_m  `d`, the forward camera's height above the floor when level, in
@@ -86,6 +100,19 @@ class ForwardEquation {
   /// The tilt from the known distance of the wall: all roots of E within the limits. E has one
   /// root, unless the wall is nearer than about (h - d) |t(th1)|.
   [[nodiscard]] ForwardSolution SolveFromWall(const WallObservation& seen,
+                                              const ForwardLimits& limits = {}) const;
+
+  /// The tilt from the zoom of one pair of images, which is Eq. (1) itself: all roots within
+  /// max_tilt_rad of
+  ///
+  ///   F = b (s t(tilt) - t(th1)) - (s - 1) (z' - d) = 0,
+  ///
+  /// the printed equation times (s - 1). F has no pole: it holds at tilt 0, for th1 = 0 and for
+  /// s = 1, where the printed one divides by 0. A second root lies near the tilt for which b = 0: a
+  /// robot that did not move, and saw the tilt alone. The distance of the wall is not checked
+  /// (nearest_wall_m is not used): for a zoom near 1 its noise alone decides on which side of the
+  /// camera the wall stands, while the tilt hardly depends on it.
+  [[nodiscard]] ForwardSolution SolveFromZoom(const ZoomObservation& seen,
                                               const ForwardLimits& limits = {}) const;
 
  private:

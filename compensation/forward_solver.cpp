@@ -1,9 +1,8 @@
 #include "compensation/forward_solver.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 
-#include "calib/base/error.hpp"
+#include "compensation/rig_cameras.hpp"
 
 namespace ceilmap::compensation {
 namespace {
@@ -11,13 +10,6 @@ namespace {
 // Standard deviation added when the ceiling gives no motion and parallax is neglected, as a
 // fraction of the tilt.
 constexpr double kWithoutParallaxRatio = 0.1;
-
-double ForwardHeight(const calib::Rig& rig) {
-  if (!rig.forward) {
-    throw InputError("the rig has no camera 'forward'; add it under cameras");
-  }
-  return rig.forward_height_m.value_or(rig.forward->T_base_cam.translation().z());
-}
 
 double Squared(double value) {
   return value * value;
@@ -68,16 +60,7 @@ std::optional<TiltAngles> ForwardSolver::Solve(const ForwardMotion& seen,
   } else {
     variance += Squared(kWithoutParallaxRatio * pitch);
   }
-  // From components along and across the camera's direction to the axes of base.
-  const double c = std::cos(yaw_rad_);
-  const double s = std::sin(yaw_rad_);
-  Eigen::Matrix2d turn;  // of (pitch, roll): both are rotations about horizontal axes
-  turn << c, s, -s, c;
-  TiltAngles tilt;
-  tilt.angles = turn * Eigen::Vector2d(pitch, seen.roll_rad);
-  tilt.covariance = turn * Eigen::Vector2d(variance, Squared(seen.sigma_roll_rad)).asDiagonal() *
-                    turn.transpose();
-  return tilt;
+  return InAxesOfBase(yaw_rad_, {pitch, seen.roll_rad}, {variance, Squared(seen.sigma_roll_rad)});
 }
 
 }  // namespace ceilmap::compensation

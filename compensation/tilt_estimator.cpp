@@ -11,6 +11,11 @@
 #include "calib/base/stage_timer.hpp"
 #include "calib/base/velocity_predictor.hpp"
 #include "calib/level_view.hpp"
+#include "compensation/ceiling_tracker.hpp"
+#include "compensation/forward_tracker.hpp"
+#include "compensation/level_frames.hpp"
+#include "compensation/matsumoto_tilt.hpp"
+#include "compensation/rig_cameras.hpp"
 #include "compensation/usual_tilt.hpp"
 
 namespace ceilmap::compensation {
@@ -23,28 +28,17 @@ namespace {
 // larger by this number of standard deviations: among many frames some are noisy, and a real bump
 // rises fast.
 constexpr double kNoiseMarginSigmas = 1;
-// After this many consecutive level frames the one in their middle becomes a keyframe, when a
-// new keyframe is needed. The first and the last one are excluded, because a bump may begin or
-// end there with a tilt below detection. A new keyframe is needed when the robot has been tilted
-// since the last one, when less than `kRenewOverlap` of the keyframe's ceiling is visible, or
-// when the zoom of the forward image has changed by more than `kRenewZoom`.
-constexpr int kLevelFrames = 3;
+// A new keyframe is needed when the robot has been tilted since the last one, when less than this
+// of the keyframe's ceiling is visible, or when the zoom of the forward image has changed
+// (kRenewZoom).
 constexpr double kRenewOverlap = 0.8;
 constexpr double kRenewOverlapDepth = 0.92;  // under a ceiling with depth
-constexpr double kRenewZoom = 0.03;
 // A tilted frame becomes the keyframe, drawn level, when the visible fraction is below this.
 constexpr double kMinOverlap = 0.55;
-// After this many consecutive frames without a measurement by the ceiling, its keyframe is
-// discarded.
-constexpr int kRestartAfter = 5;
 // A contradiction by the map counts from this angle on, rad. The keyframe is corrected after
 // `kCorrectAfter` consecutive contradictions.
 constexpr double kCorrectRad = 1.5e-3;
 constexpr int kCorrectAfter = 3;
-// Upper limit of the standard deviation of a tilt: debris is not higher, rad.
-constexpr double kUnknownSigmaRad = 0.035;
-// Standard deviation of a keyframe that was assumed level without a measurement, rad.
-constexpr double kAssumedSigmaRad = 0.002;
 
 /// A frame stored as a candidate for the next keyframe.
 struct Moment {
@@ -54,11 +48,6 @@ struct Moment {
   std::optional<ForwardTracker::Frame> forward;  // unset when the image has no texture
   bool level = false;
 };
-
-const calib::MountedCamera& UpOf(const calib::Rig& rig) {
-  if (!rig.up) throw InputError("the rig has no camera 'up'; add it under cameras");
-  return *rig.up;
-}
 
 }  // namespace
 
@@ -75,18 +64,20 @@ struct TiltEstimator::Impl {
                                    params.tilted_sigmas,
                                    params.level_sigmas));
     }
+    if (params.method == TiltMethod::kMatsumoto) {
+      matsumoto.emplace(rig, params.level_sigmas);
+      return;
+    }
     const bool wants_forward = params.method != TiltMethod::kCeiling;
     if (!wants_forward || (!rig.forward && params.method == TiltMethod::kFused)) return;
-    if (!rig.forward) {
-      throw InputError("the rig has no camera 'forward'; add it under cameras");
-    }
-    forward_view = std::make_unique<calib::ForwardView>(*rig.forward);
+    forward_view = std::make_unique<calib::ForwardView>(ForwardOf(rig));
     forward = std::make_unique<ForwardTracker>(*forward_view);
     solver = std::make_unique<ForwardSolver>(rig, forward_view->Yaw(), params.solver);
   }
 
   calib::Rig rig;
   TiltEstimatorParams params;
+  std::optional<MatsumotoTilt> matsumoto;  // set: it measures, and nothing below is used
   calib::CeilingView view;
   calib::LevelView level_view;
   CeilingTracker ceiling;
@@ -394,6 +385,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   Impl& me = *impl_;
   me.Check(frame);
   me.last_stamp_s = frame.stamp_s;
+  if (me.matsumoto) return me.matsumoto->Estimate(frame);
   ++me.report.frames;
   if (me.forward && frame.forward.empty()) ++me.report.without_forward;
 
@@ -426,6 +418,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
 
 void TiltEstimator::Correct(const TiltAngles& left) {
   Impl& me = *impl_;
+  if (me.matsumoto) return;
   constexpr double kSigmas = 4;
   const bool contradicts = left.angles.norm() > kCorrectRad && left.Sigmas() > kSigmas;
   me.contradictions = contradicts ? me.contradictions + 1 : 0;
@@ -435,7 +428,7 @@ void TiltEstimator::Correct(const TiltAngles& left) {
 }
 
 const TiltReport& TiltEstimator::Report() const {
-  return impl_->report;
+  return impl_->matsumoto ? impl_->matsumoto->Report() : impl_->report;
 }
 
 }  // namespace ceilmap::compensation

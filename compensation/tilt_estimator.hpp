@@ -1,25 +1,21 @@
 #pragma once
 
-#include <cstdint>
 #include <memory>
-#include <opencv2/core.hpp>
-#include <optional>
 
 #include "calib/base/tilt.hpp"
-#include "calib/base/twist2.hpp"
 #include "calib/rig.hpp"
-#include "compensation/ceiling_tracker.hpp"
 #include "compensation/forward_solver.hpp"
-#include "compensation/forward_tracker.hpp"
+#include "compensation/tilt_estimate.hpp"
 #include "compensation/tilt_filter.hpp"
 
 namespace ceilmap::compensation {
 
 /// The measurement from which the tilt is estimated.
 enum class TiltMethod {
-  kForward,  ///< the forward camera and Eq. (1), as Matsumoto et al. 2010
-  kCeiling,  ///< the keystone (perspective) distortion of the ceiling
-  kFused     ///< both, weighted by their covariances; one alone if only that is available
+  kMatsumoto,  ///< Matsumoto et al. 2010 as published: Eq. (1) of each frame alone (MatsumotoTilt)
+  kForward,    ///< the forward camera by Eq. (1), a wall distance of all frames, and a filter
+  kCeiling,    ///< the keystone (perspective) distortion of the ceiling
+  kFused       ///< the last two, weighted by their covariances; one if only that is available
 };
 
 struct TiltEstimatorParams {
@@ -34,53 +30,10 @@ struct TiltEstimatorParams {
   double tilted_sigmas = 3;
 };
 
-/// The images of the robot's cameras at one time.
-struct TiltFrame {
-  cv::Mat up;       ///< CV_8UC1, as the camera took it
-  cv::Mat forward;  ///< the same; empty: no image
-  double stamp_s = 0;
-  /// Of the robot, for an upward camera with a rolling shutter (CeilingView::Rectify).
-  Twist2 velocity = {};
-};
-
-/// The measurement on which a frame's tilt is based.
-enum class TiltSource {
-  kNone,     ///< nothing was measured: the tilt is the prediction
-  kForward,  ///< the forward camera
-  kCeiling,
-  kBoth
-};
-
-struct TiltEstimate {
-  Tilt tilt;  ///< with its covariance; both exactly zero for a frame that
-              ///< the ceiling shows to be level
-  TiltSource source = TiltSource::kNone;
-  /// Pitch and roll by one camera alone, before fusion.
-  std::optional<TiltAngles> by_forward;
-  std::optional<TiltAngles> by_ceiling;
-  /// The upward image, rectified and analysed, for those who register it next (mapping::Mapper,
-  /// localization::Localizer).
-  registration::AnalyzedImage up;
-};
-
-/// Counts and computing time of the estimation.
-struct TiltReport {
-  std::int64_t frames = 0;
-  std::int64_t level = 0;
-  std::int64_t by_ceiling = 0;  ///< frames measured by the ceiling
-  std::int64_t by_forward = 0;
-  std::int64_t without_forward = 0;  ///< frames without a forward image
-  std::int64_t forward_refused = 0;  ///< forward measurements rejected (something moved)
-  std::int64_t unknown = 0;          ///< frames without any measurement
-  std::int64_t keyframes = 0;
-  std::int64_t corrected = 0;  ///< keyframes that were not level (Correct)
-  double largest_rad = 0;      ///< largest tilt
-  double ceiling_ms = 0;
-  double forward_ms = 0;
-};
-
 /// Pitch and roll of the robot while it drives, from its upward and forward cameras. Not
-/// thread-safe. Measures the two cameras in parallel when both are present.
+/// thread-safe. Measures the two cameras in parallel when both are present. With kMatsumoto the
+/// frames go to a MatsumotoTilt, of the parameters only `level_sigmas` is used, and Correct has no
+/// effect.
 class TiltEstimator {
  public:
   /// @param rig  A rig with an upward camera, and with a forward camera and its height if these are

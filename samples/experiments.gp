@@ -1,5 +1,6 @@
 # Figures of one experiment, as SVG and PNG, from what samples/experiments.sh leaves in its folder. The caller sets
 #   folder
+#   mosaic                             PNG of the map on which the positions are drawn
 #   mosaic_x, mosaic_y, mosaic_pixel   centre of the mosaic's lower left pixel and size of a pixel, in metres
 
 set datafile separator ','
@@ -12,12 +13,13 @@ set style line 3 lc rgb '#E69F00' lw 2 dt (2,3)                   # ceiling
 set style line 4 lc rgb '#009E73' lw 2 dt 1 pt 7 ps 0.5           # fused
 set style line 5 lc rgb '#000000' lw 1 dt 1                       # truth
 set style line 6 lc rgb '#AAAAAA' lw 6 dt 1                       # truth, under other lines
+set style line 7 lc rgb '#CC79A7' lw 1.5 dt (6,2,2,2)           # matsumoto
 set style line 9 lc rgb '#DDDDDD' lw 1 dt 1
 set style textbox opaque noborder fillcolor rgb '#CCCCCC' margins 0.3,0.3    # over legs
 set tics nomirror out scale 0.6
 set grid ls 9
 
-csv(method) = sprintf('%s/report-%s/%s-errors.csv', folder, method, method)
+csv(method) = sprintf('%s/report/%s-errors.csv', folder, method)
 
 # Both formats show a figure alike: a unit of size is a pixel of the SVG and two of the PNG.
 terminal(format, width, height) = format eq 'svg' ? \
@@ -66,7 +68,7 @@ do for [format in 'svg png'] {
     map_y = map_x + 1
     style = panel == 1 ? 1 : 4
     set label 1 panel == 1 ? 'Before compensation' : 'After compensation (fused)' at graph 0,1 offset 0,0.8 left
-    plot folder . '/fused.png' binary filetype=png origin=(mosaic_x, mosaic_y) dx=mosaic_pixel dy=mosaic_pixel \
+    plot mosaic binary filetype=png origin=(mosaic_x, mosaic_y) dx=mosaic_pixel dy=mosaic_pixel \
         using (140 + 0.45 * $1):(140 + 0.45 * $2):(140 + 0.45 * $3) with rgbimage notitle, \
       csv('fused') using 10:11:(stagger($0) * left_x):(stagger($0) * left_y) every 10::1 \
         with vectors nohead ls 5 notitle, \
@@ -88,18 +90,19 @@ do for [format in 'svg png'] {
 }
 
 # One legend above all panels.
-legend = 'set key at screen 0.5,0.995 center top horizontal maxrows 2 samplen 6 width 2'
-panels = 'set multiplot layout 2,2 margins char 8,char 2,char 3.5,char 5 spacing char 10,char 4'
+legend = 'set key at screen 0.5,0.995 center top horizontal maxrows 3 samplen 6 width 2'
+panels = 'set multiplot layout 2,2 margins char 8,char 2,char 3.5,char 6.5 spacing char 10,char 4'
 # Lines of all methods in a column, times a factor; fused runs under ceiling, which often agrees with it.
-lines(column, factor) = sprintf("csv('forward') using 0:(%g * column(%d)) every ::1 with lines ls 2 title 'forward', \
+lines(column, factor) = sprintf("csv('matsumoto') using 0:(%g * column(%d)) every ::1 with lines ls 7 title 'matsumoto', \
+  csv('forward') using 0:(%g * column(%d)) every ::1 with lines ls 2 title 'forward', \
   csv('fused') using 0:(%g * column(%d)) every ::1 with lines ls 4 title 'fused', \
   csv('ceiling') using 0:(%g * column(%d)) every ::1 with lines ls 3 title 'ceiling'", \
-  factor, column, factor, column, factor, column)
+  factor, column, factor, column, factor, column, factor, column)
 # The same, less the truth's column.
-differences(column, truth) = sprintf("for [i = 1:3] csv(word(methods, i)) \
+differences(column, truth) = sprintf("for [i = 1:4] csv(word(methods, i)) \
   using 0:(column(%d) - column(%d)) every ::1 with lines ls word(styles, i) notitle", column, truth)
-methods = 'forward fused ceiling'
-styles = '2 4 3'
+methods = 'matsumoto forward fused ceiling'
+styles = '7 2 4 3'
 
 do for [format in 'svg png'] {
   # (b) The left column has all errors at one scale, the right one what compensation leaves.

@@ -1,14 +1,17 @@
 #!/usr/bin/env bash
 # The two experiments of Matsumoto et al. 2010, "Visual compensation in localization of a robot on a ceiling map", on
-# bundled recordings: a robot drives straight over debris. Prints the paper's table beside ours, and draws its figures.
-# Then those of Labrosse 2006, a visual compass, by samples/compass-experiments.sh.
+# bundled recordings: a robot drives straight over debris. It maps its drive, and it is localized on the ceiling map that
+# lab-map made, with five ways of measuring tilt. Prints the paper's table beside ours, writes it to matsumoto.csv, and
+# draws the figures. Then those of Labrosse 2006, a visual compass, by samples/compass-experiments.sh.
 #   samples/experiments.sh [OUTPUT_DIR]     default: samples/out/experiments
 set -euo pipefail
 
 # shellcheck source=samples/common.sh
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 prepare "${1:-$root/samples/out/experiments}" --plots
-methods=(forward ceiling fused)
+lab=$root/samples/lab-map
+# none takes every frame as level: the error before compensation is that of a run of its own.
+methods=(none matsumoto forward ceiling fused)
 
 # The pose of the first, level line of a trajectory as X,Y,YAW_DEG: with it the map lies in the frame of the truth, and
 # positions can be drawn on it.
@@ -16,29 +19,84 @@ first_pose() {
   awk '!/^#/ { printf "%.9f,%.9f,%.9f\n", $2, $3, 2 * atan2($7, $8) * 45 / atan2(1, 1); exit }' "$1"
 }
 
-# Maps a recording ($1) with each way of measuring tilt, into the folder $2.
-map_recording() {
-  local sample=$1 folder=$2 method
-  for method in "${methods[@]}"; do
-    echo "mapping $(basename "$sample") with --tilt $method"
-    "$ceilmap" map --force --quiet --rig "$sample/rig.yaml" --up "$sample/up.mp4" --forward "$sample/forward.mp4" \
-      --stamps "$sample/frames.csv" --origin "$(first_pose "$sample/truth.tum")" --tilt "$method" \
-      -o "$folder/$method.gpkg" --trajectory "$folder/$method.tum" --uncompensated "$folder/$method-before.tum" \
-      --picture "$folder/$method.png"
-  done
+# The ceiling map of the room, by a robot on a level floor.
+map_lab() {
+  echo
+  echo "mapping lab-map"
+  "$ceilmap" map --force --quiet --rig "$lab/rig.yaml" --up "$lab/up.mp4" --stamps "$lab/frames.csv" \
+    --origin "$(first_pose "$lab/truth.tum")" -o "$out/lab.gpkg" --trajectory "$out/lab.tum" --picture "$out/lab.png"
 }
 
-# The paper's table from the reports in a folder ($1). Of the paper's own figures only these are known here.
+# The drive of a recording ($1) with a method ($3) into the folder $2: as a map, and on the map of the room.
+run_mapping() {
+  "$ceilmap" map --force --quiet --rig "$1/rig.yaml" --up "$1/up.mp4" --forward "$1/forward.mp4" \
+    --stamps "$1/frames.csv" --origin "$(first_pose "$1/truth.tum")" --tilt "$3" \
+    -o "$2/$3.gpkg" --trajectory "$2/$3.tum" --picture "$2/$3.png"
+}
+run_localization() {
+  "$ceilmap" localize --force --quiet "$out/lab.gpkg" --rig "$1/rig.yaml" --up "$1/up.mp4" --forward "$1/forward.mp4" \
+    --stamps "$1/frames.csv" --tilt "$3" -o "$2/$3.tum"
+}
+
+# All methods ($3...: options for the alignment) against the truth of a recording ($1) and the run without compensation. A
+# map has a frame of its own: each is aligned by its level frames. Robots on one map share the alignment of that map.
+evaluate() {
+  local sample=$1 folder=$2 method estimates=()
+  for method in "${methods[@]}"; do estimates+=("$method=$folder/$method.tum"); done
+  rm -rf "$folder/report"
+  "$ceilmap" evaluate --force --truth "$sample/truth.tum" --before "$folder/none.tum" "${@:3}" "${estimates[@]}" \
+    -o "$folder/report" >"$folder/evaluation.txt"
+}
+
+# The paper's rows, as its text has them: experiment 1 "reduced from 21 to 2 cm", "9.52%"; experiment 2 "from 17 to 2 cm
+# and from 9 to 1 cm respectively", "11.76 and 11.11%".
+row='%-24s %8s %8s   %8s %8s   %8s\n'
+paper_rows() {
+  # shellcheck disable=SC2059
+  case $1 in
+    1)
+      printf "$row" 'Matsumoto 2010, before' 21 '' '' '' ''
+      printf "$row" 'Matsumoto 2010, after' 2 '9.52 %' '' '' ''
+      ;;
+    2)
+      printf "$row" 'Matsumoto 2010, before' 17 '' 9 '' ''
+      printf "$row" 'Matsumoto 2010, after' 2 '11.76 %' 1 '11.11 %' ''
+      ;;
+  esac
+}
+
+# The table of a task ($2) from the report in a folder ($3), and its lines in matsumoto.csv. The paper has one task: it
+# plots the positions on the ceiling map. Without roll there is no error across the path to be reduced, and no ratio.
 print_table() {
-  local row='%-22s %11s %11s %10s   %11s %11s %10s\n'
-  printf '%-22s %34s   %34s\n' '' 'x, along the path' 'y, across the path'
+  local experiment=$1 task=$2 folder=$3
+  echo
+  echo "Experiment $experiment, $task: largest error along and across the path, and its ratio to the error with none"
   # shellcheck disable=SC2059
-  printf "$row" 'largest error' 'before cm' 'after cm' 'ratio' 'before cm' 'after cm' 'ratio'
-  # shellcheck disable=SC2059
-  printf "$row" 'Matsumoto et al. 2010' 'about 21' '-' 'about 0.11' '-' '-' '-'
-  awk -F, 'FNR > 1 {
-    printf "%-22s %11.2f %11.2f %10.3f   %11.2f %11.2f %10.3f\n", $1, 100 * $2, 100 * $3, $4, 100 * $5, 100 * $6, $7
-  }' "$1"/report-{forward,ceiling,fused}/compensation.csv
+  printf "$row" '' 'along cm' 'ratio' 'across cm' 'ratio' 'frames'
+  paper_rows "$experiment"
+  awk -F, -v experiment="$experiment" -v task="$task" -v csv="$out/matsumoto.csv" -v row="$row" '
+    FNR == 1 { split("", column); for (i = 1; i <= NF; ++i) column[$i] = i; next }
+    NR == FNR { placed[$column["estimate"]] = $column["matched"]; all = $column["expected"]; next }
+    {
+      name = $column["estimate"]
+      along = $column["along_m"]; across = $column["across_m"]; ratio = $column["along_ratio"]
+      has_roll = $column["across_before_m"] > 0.01
+      printf row, name, sprintf("%.2f", 100 * along), sprintf("%.2f %%", 100 * ratio), sprintf("%.2f", 100 * across),
+        has_roll ? sprintf("%.2f %%", 100 * $column["across_ratio"]) : "", placed[name] "/" all
+      printf "%s,%s,%s,%.6f,%.6f,%.6f,%d,%d\n", experiment, task, name, along, across, ratio, placed[name], all >>csv
+    }' "$folder/report/estimates.csv" "$folder/report/compensation.csv"
+}
+
+# The errors of the estimated tilt, from the report in a folder ($2).
+print_tilt() {
+  echo
+  echo "Experiment $1: error of pitch and roll in degrees, RMSE and largest"
+  awk -F, '
+    NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
+    $column["estimate"] != "none" {
+      printf "%-24s pitch %6.3f %6.3f   roll %6.3f %6.3f\n", $column["estimate"], $column["pitch_rmse_deg"],
+        $column["pitch_max_deg"], $column["roll_rmse_deg"], $column["roll_max_deg"]
+    }' "$2/report/compensation.csv"
 }
 
 # Where a map ($1) has its mosaic, as settings for gnuplot: the centre of its lower left pixel, and a pixel's size.
@@ -54,49 +112,40 @@ mosaic_place() {
     }'
 }
 
-# The figures in a folder ($1).
+# The figures of a folder ($1) over the mosaic of a map ($2, without its extension).
 draw() {
-  gnuplot -e "folder = '$1'; $(mosaic_place "$1/fused.gpkg")" "$root/samples/experiments.gp"
-}
-
-# Each method against the same run without it: a run's poses before and after compensation share one map, and so one way
-# of aligning them with the truth.
-evaluate() {
-  local sample=$1 folder=$2 method
-  : >"$folder/evaluation.txt"
-  for method in "${methods[@]}"; do
-    rm -rf "$folder/report-$method"
-    "$ceilmap" evaluate --force --truth "$sample/truth.tum" --before "$folder/$method-before.tum" \
-      "$method=$folder/$method.tum" -o "$folder/report-$method" >>"$folder/evaluation.txt"
-    echo >>"$folder/evaluation.txt"
-  done
+  gnuplot -e "folder = '$1'; mosaic = '$2.png'; $(mosaic_place "$2.gpkg")" "$root/samples/experiments.gp"
 }
 
 experiment() {
-  local number=$1 what=$2 sample=$root/samples/lab-debris-$1 folder=$out/experiment-$1
+  local number=$1 what=$2 sample=$root/samples/lab-debris-$1 folder=$out/experiment-$1 method
   echo
   echo "Experiment $number: $what"
-  mkdir -p "$folder"
-  map_recording "$sample" "$folder"
-  evaluate "$sample" "$folder"
-  echo
-  print_table "$folder"
-  draw "$folder"
+  mkdir -p "$folder/mapping" "$folder/localization"
+  for method in "${methods[@]}"; do
+    echo "mapping lab-debris-$number, and localizing it on the map of lab-map, with --tilt $method"
+    run_mapping "$sample" "$folder/mapping" "$method"
+    run_localization "$sample" "$folder/localization" "$method"
+  done
+  evaluate "$sample" "$folder/mapping" --before-own-run
+  evaluate "$sample" "$folder/localization" --frame-from "$lab/truth.tum" "$out/lab.tum"
+  print_table "$number" mapping "$folder/mapping"
+  print_table "$number" localization "$folder/localization"
+  print_tilt "$number" "$folder/mapping"
+  draw "$folder/mapping" "$folder/mapping/fused"
+  draw "$folder/localization" "$out/lab"
 }
 
+echo 'experiment,task,method,max_along_m,max_across_m,ratio,frames_placed,frames' >"$out/matsumoto.csv"
+map_lab
 experiment 1 "the front wheels climb debris, four times"
 experiment 2 "the front wheels climb debris, and the wheels of either side"
 
 echo
-echo "The paper reports about 21 cm brought down to about 11 % of it, set here beside x of both experiments."
-echo "Experiment 1 has no roll: across the path there is no error before, so its ratio there has no meaning."
-echo "evaluation.txt in the folders below has errors of the estimated tilt, report-*/*-errors.csv those of each frame."
-for number in 1 2; do
-  echo
-  echo "Experiment $number"
-  for figure in positions errors tilt; do
-    for format in svg png; do echo "  $out/experiment-$number/$figure.$format"; done
-  done
-done
+echo "These recordings are ray-traced and their calibration is exact: the ratios are not those of a real robot."
+echo "Experiment 1 has no roll: there is no error across the path to be reduced."
+echo "  $out/matsumoto.csv   the figures of all tables; ratio: along the path"
+echo "  $out/experiment-*/*/evaluation.txt   more figures; report/*-errors.csv those of each frame"
+for figure in positions errors tilt; do echo "  $out/experiment-*/*/$figure.svg and .png"; done
 
 "$root/samples/compass-experiments.sh" "$out"

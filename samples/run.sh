@@ -30,15 +30,18 @@ echo "4. What that scores"
 "$ceilmap" evaluate --force --truth "$second/truth.tum" --frame-from "$sample/truth.tum" "$out/lab.tum" \
   second="$out/second.csv" --map "$out/lab.gpkg" -o "$report/second"
 echo
-echo "5. A drive over debris: the tilt measured by forward camera and ceiling, and taken out"
+echo "5. A drive over debris: every frame taken as level, then the tilt measured by forward camera and ceiling, and taken out"
 debris=$root/samples/lab-debris-1
-"$ceilmap" map --force --rig "$debris/rig.yaml" --up "$debris/up.mp4" --forward "$debris/forward.mp4" \
-  --stamps "$debris/frames.csv" -o "$out/debris.gpkg" --trajectory "$out/debris.tum" \
-  --uncompensated "$out/debris-before.tum"
+map_debris() {  # NAME [OPTION...]
+  "$ceilmap" map --force --rig "$debris/rig.yaml" --up "$debris/up.mp4" --forward "$debris/forward.mp4" \
+    --stamps "$debris/frames.csv" -o "$out/$1.gpkg" --trajectory "$out/$1.tum" "${@:2}"
+}
+map_debris debris-level --tilt none --quiet
+map_debris debris
 echo
-echo "6. What that scores, before and after (samples/experiments.sh has the whole of it)"
-"$ceilmap" evaluate --force --truth "$debris/truth.tum" --before "$out/debris-before.tum" debris="$out/debris.tum" \
-  --map "$out/debris.gpkg" -o "$report/debris"
+echo "6. What both score (samples/experiments.sh has the whole of it)"
+"$ceilmap" evaluate --force --truth "$debris/truth.tum" --before "$out/debris-level.tum" --before-own-run \
+  debris="$out/debris.tum" --map "$out/debris.gpkg" -o "$report/debris"
 echo
 echo "7. How a robot turns, by a camera under a convex mirror, and what that scores (samples/compass-experiments.sh has more)"
 omni=$root/samples/lab-omni-circle

@@ -159,6 +159,11 @@ Command AddEvaluateCommand(CLI::App& program) {
          comparison.before,
          "The trajectory without tilt compensation, for the largest errors before and after")
       ->type_name("T0.tum");
+  cli.add_flag("--before-own-run",
+               comparison.before_is_another_run,
+               "T0 is of another run, with a map of its own ('map --tilt none'): it and each "
+               "estimate are aligned by their own level parts")
+      ->needs("--before");
   cli.add_option("--map",
                  params->map,
                  "Map of the first estimate: its mosaic is the background of "

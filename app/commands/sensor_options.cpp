@@ -16,8 +16,8 @@ void CheckTilt(const SensorOptions& options, bool have_rig) {
         fmt::format("{}: tilt can only be measured with the robot's geometry; give --rig",
                     options.forward.empty() ? "--tilt " + tilt : "--forward"));
   }
-  if (tilt == "forward" && options.forward.empty()) {
-    throw InputError("--tilt forward: needs the forward camera; give --forward");
+  if ((tilt == "forward" || tilt == "matsumoto") && options.forward.empty()) {
+    throw InputError(fmt::format("--tilt {}: needs the forward camera; give --forward", tilt));
   }
   if (options.forward.empty() && !options.forward_stamps.empty()) {
     throw InputError("--forward-stamps: there are no forward frames; give --forward");
@@ -58,10 +58,11 @@ void SensorOptions::AddTo(CLI::App& cli,
       ->group(inputs);
   add("--tilt",
       tilt,
-      "Tilt compensation: none, by the forward camera, by the keystone distortion of the ceiling, "
-      "or by both [fused with a rig; ceiling without --forward]",
+      "Tilt compensation: none; by the forward camera (forward; matsumoto: as published by "
+      "Matsumoto et al. 2010, each frame alone); by the keystone distortion of the ceiling; or by "
+      "ceiling and forward camera [fused with a rig; ceiling without --forward]",
       "METHOD")
-      ->check(CLI::IsMember({"none", "forward", "ceiling", "fused"}))
+      ->check(CLI::IsMember({"none", "matsumoto", "forward", "ceiling", "fused"}))
       ->group(inputs);
   add("--uncompensated", uncompensated, "Poses without compensation", "T0.tum")->group(results);
   add("--omni", omni, "Camera under a convex mirror, for the heading", "SOURCE")->group(inputs);
@@ -108,7 +109,8 @@ recordings::SensorFiles SensorOptions::Files(bool have_rig,
   files.headings_frame = headings_frame;
   files.stamps = stamps;
   if (have_rig && tilt != "none") {
-    files.tilt = tilt == "forward"   ? TiltMethod::kForward
+    files.tilt = tilt == "matsumoto" ? TiltMethod::kMatsumoto
+                 : tilt == "forward" ? TiltMethod::kForward
                  : tilt == "ceiling" ? TiltMethod::kCeiling
                                      : TiltMethod::kFused;
   }

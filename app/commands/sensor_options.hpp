@@ -13,7 +13,8 @@ namespace ceilmap::commands {
 struct SensorOptions {
   std::string forward;
   std::filesystem::path forward_stamps;
-  std::string tilt;  ///< none, forward, ceiling, fused; empty: fused when there is a rig
+  /// none, matsumoto, forward, ceiling, fused; empty: fused when there is a rig
+  std::string tilt;
   std::filesystem::path uncompensated;
   std::string omni;
   std::filesystem::path omni_stamps;

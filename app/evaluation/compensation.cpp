@@ -94,7 +94,8 @@ std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& 
                                                 const std::vector<StampedPose>& before,
                                                 const std::vector<StampedPose>& after,
                                                 const Pose2& T_truth_before,
-                                                const CompensationParams& params) {
+                                                const CompensationParams& params,
+                                                const std::optional<Pose2>& T_truth_after) {
   Compensation compensation;
   for (const StampedPose& pose : truth) {
     compensation.frames.push_back(
@@ -104,7 +105,8 @@ std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& 
     compensation.frames[k].before = Place(truth[k], before[c], T_truth_before);
   }
   for (const auto& [k, c] : MatchStamps(truth, after, params.max_dt_s)) {
-    compensation.frames[k].after = Place(truth[k], after[c], T_truth_before);
+    compensation.frames[k].after =
+        Place(truth[k], after[c], T_truth_after.value_or(T_truth_before));
     compensation.frames[k].tilt = TiltOf(after[c]);
   }
   compensation.before = Collect(compensation.frames, &CompensatedFrame::before);

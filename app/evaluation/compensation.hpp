@@ -15,8 +15,9 @@ namespace ceilmap::evaluation {
 /// localization of a robot on a ceiling map"): the largest errors along and across the path before
 /// and after compensation, and their ratio.
 ///
-/// Both trajectories are aligned to the truth by one planar motion, which is fitted to the level
-/// part of BEFORE. An alignment over all frames would hide part of the errors of tilted frames.
+/// Two trajectories of one run are aligned to the truth by one planar motion, which is fitted to
+/// the level part of BEFORE. An alignment over all frames would hide part of the errors of tilted
+/// frames. Trajectories of two runs have maps of their own: each is aligned by its own level part.
 
 struct CompensationParams {
   double max_dt_s = 0.02;        ///< poses further apart in time are not compared, >= 0
@@ -87,13 +88,16 @@ struct Compensation {
   std::vector<CompensatedFrame> frames;  ///< one for each pose of the truth
 };
 
-/// @param T_truth_before  From AlignLevelFrames; it is applied to both `before` and `after`.
+/// @param T_truth_before  From AlignLevelFrames.
+/// @param T_truth_after  The same for `after` where it is of another run; unset: T_truth_before.
 /// @return unset when `before` or `after` has no pose within max_dt_s of a true one.
-std::optional<Compensation> CompareCompensation(const std::vector<StampedPose>& truth,
-                                                const std::vector<StampedPose>& before,
-                                                const std::vector<StampedPose>& after,
-                                                const Pose2& T_truth_before,
-                                                const CompensationParams& params = {});
+std::optional<Compensation> CompareCompensation(
+    const std::vector<StampedPose>& truth,
+    const std::vector<StampedPose>& before,
+    const std::vector<StampedPose>& after,
+    const Pose2& T_truth_before,
+    const CompensationParams& params = {},
+    const std::optional<Pose2>& T_truth_after = std::nullopt);
 
 /// Largest absolute pitch and roll of a trajectory.
 TiltDegrees LargestTilt(const std::vector<StampedPose>& poses);

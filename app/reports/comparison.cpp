@@ -92,7 +92,10 @@ class Comparer {
 
  private:
   files::Estimate Read(const std::filesystem::path& file, ComparedEstimate& compared) const;
-  void CompareBefore(const files::NamedFile& file, const std::vector<StampedPose>& poses);
+  [[nodiscard]] evaluation::LevelAlignment AlignLevel(const std::filesystem::path& file,
+                                                      const files::Estimate& estimate,
+                                                      double added_s) const;
+  void CompareBefore(const files::NamedFile& file, const files::Estimate& estimate, double added_s);
   [[noreturn]] void ThrowNothingInCommon(const std::filesystem::path& file,
                                          const files::Estimate& estimate,
                                          double added_s) const;
@@ -174,8 +177,21 @@ void Comparer::Before(const std::filesystem::path& file) {
   if (estimate.poses.empty()) {
     throw InputError(fmt::format("{}: has headings only, --before needs poses", file.string()));
   }
-  const auto alignment = evaluation::AlignLevelFrames(truth_, estimate.poses, Compensation());
-  if (alignment.matched == 0) ThrowNothingInCommon(file, estimate, compared.offset_s);
+  comparison_.compensation = BeforeAndAfter{
+      AlignLevel(file, estimate, compared.offset_s), evaluation::LargestTilt(truth_), {}};
+  before_ = estimate.poses;
+}
+
+// By the map of the robots where there is one, otherwise by the level part of the trajectory.
+evaluation::LevelAlignment Comparer::AlignLevel(const std::filesystem::path& file,
+                                                const files::Estimate& estimate,
+                                                double added_s) const {
+  auto alignment = evaluation::AlignLevelFrames(truth_, estimate.poses, Compensation());
+  if (alignment.matched == 0) ThrowNothingInCommon(file, estimate, added_s);
+  if (evaluation_.T_truth_estimate) {
+    alignment.T_truth_before = evaluation_.T_truth_estimate->motion;
+    return alignment;
+  }
   if (!alignment.T_truth_before) {
     throw InputError(fmt::format(
         "{}: {} of its {} compared frames are level by {} (pitch and roll below {} deg), "
@@ -186,18 +202,23 @@ void Comparer::Before(const std::filesystem::path& file) {
         params_.truth.string(),
         Compensation().level_below_deg));
   }
-  before_ = estimate.poses;
-  comparison_.compensation = BeforeAndAfter{alignment, evaluation::LargestTilt(truth_), {}};
+  return alignment;
 }
 
-void Comparer::CompareBefore(const files::NamedFile& file, const std::vector<StampedPose>& poses) {
-  if (poses.empty()) {
+void Comparer::CompareBefore(const files::NamedFile& file,
+                             const files::Estimate& estimate,
+                             double added_s) {
+  if (estimate.poses.empty()) {
     throw InputError(
         fmt::format("{}: has headings only, --before compares poses", file.file.string()));
   }
   const Pose2& T_truth_before = *comparison_.compensation->alignment.T_truth_before;
-  auto compensation =
-      evaluation::CompareCompensation(truth_, before_, poses, T_truth_before, Compensation());
+  std::optional<Pose2> T_truth_after;
+  if (params_.before_is_another_run) {
+    T_truth_after = AlignLevel(file.file, estimate, added_s).T_truth_before;
+  }
+  auto compensation = evaluation::CompareCompensation(
+      truth_, before_, estimate.poses, T_truth_before, Compensation(), T_truth_after);
   comparison_.compensation->estimates.push_back({file.name, std::move(compensation.value())});
 }
 
@@ -219,7 +240,7 @@ void Comparer::Add(const files::NamedFile& file) {
                     compared.matched,
                     file.file.string()));
   }
-  if (comparison_.compensation) CompareBefore(file, estimate.poses);
+  if (comparison_.compensation) CompareBefore(file, estimate, compared.offset_s);
   if (!estimate.poses.empty()) {
     compared.errors = evaluation::EvaluateTrajectory(truth_, estimate.poses, evaluation_);
   }

@@ -28,7 +28,9 @@ struct ComparisonInputs {
   std::filesystem::path truth;
   std::vector<std::string> estimates;  ///< `[NAME=]FILE`, no name twice
   std::filesystem::path before;        ///< without tilt compensation; empty: no comparison
-  std::filesystem::path expect;        ///< stamps with expected poses; empty: the truth's
+  /// `before` is of another run than the estimates: each is aligned by its own level part.
+  bool before_is_another_run = false;
+  std::filesystem::path expect;  ///< stamps with expected poses; empty: the truth's
   /// The truth of the run that created the map, and its estimate: their alignment is that of the
   /// map and of all robots on it. Empty: each estimate is aligned as `evaluation` requests.
   std::vector<std::filesystem::path> frame_from;

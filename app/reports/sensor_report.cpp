@@ -19,6 +19,8 @@ using robot::HeadingSensor;
 
 const char* ToString(TiltMethod method) {
   switch (method) {
+    case TiltMethod::kMatsumoto:
+      return "matsumoto";
     case TiltMethod::kForward:
       return "forward";
     case TiltMethod::kCeiling:

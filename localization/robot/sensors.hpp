@@ -19,7 +19,8 @@ namespace ceilmap::robot {
 struct SensorsParams {
   /// False: the robot is taken to be level.
   bool measure_tilt = true;
-  /// Method and details. Without forward images the ceiling alone is used, except by kForward.
+  /// Method and details. Without forward images the ceiling alone is used, except by kForward and
+  /// kMatsumoto.
   compensation::TiltEstimatorParams tilt;
   /// Absolute headings by the colours that the forward camera sees: a model that was learned at
   /// poses on the map. Forward images must then be CV_8UC3.

@@ -12,25 +12,8 @@ namespace ceilmap::compensation {
 namespace {
 
 using synthetic::Draw;
+using synthetic::PrintedEq1;
 using synthetic::Scene;
-using synthetic::ZoomObservation;
-
-/// The left side of Eq. (1) as the paper prints it, in metres:
-///
-///   d - (d + a t) cos + {(h + Cx / t) t - (d + a t) sin} {t + t2 / (t1 - t2) (t - t1)}
-///
-/// with t2 = t1 / s. Not defined at tilt 0, for tan_shift 0 and for zoom 1.
-double PrintedEq1(const Scene& scene, double tilt_rad, const ZoomObservation& seen) {
-  const TiltModel model(scene.pivot_m, scene.ceiling_height_m);
-  const double t = std::tan(tilt_rad);
-  const double t1 = seen.tan_shift;
-  const double t2 = t1 / seen.zoom;
-  const double d = scene.camera_height_m;
-  const double mast = model.MastLength(tilt_rad, d);  // d + a t
-  return d - mast * std::cos(tilt_rad) +
-         ((scene.ceiling_height_m + seen.seen_motion_m / t) * t - mast * std::sin(tilt_rad)) *
-             (t + t2 / (t1 - t2) * (t - t1));
-}
 
 // A robot without rocking arm (a = 0) tilted by the 3-4-5 angle: z' = 0.8, the wall point 0.8 m
 // ahead is 0.2 m high, and B, 0.3 m further on, sees it 0.8 m below 0.5 m ahead.

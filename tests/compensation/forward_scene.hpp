@@ -15,15 +15,6 @@ inline double Draw(std::mt19937& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
 
-/// What the paper's Eq. (1) takes: WallObservation with the zoom of the forward images, s = D / x1,
-/// in place of the wall's distance. D and x1 are the distances of the wall point ahead of the
-/// camera in A and in B, along the floor.
-struct ZoomObservation {
-  double tan_shift;
-  double zoom;
-  double seen_motion_m;
-};
-
 /// A tilted frame A before a wall and a level frame B, seen without error: a robot turned in space
 /// about its pivot, and the rays of its cameras.
 struct Scene {
@@ -89,6 +80,23 @@ inline std::ostream& operator<<(std::ostream& out, const Scene& scene) {
   return out << "a " << scene.pivot_m << " d " << scene.camera_height_m << " h "
              << scene.ceiling_height_m << " tilt " << scene.tilt_rad << " D " << scene.wall_m
              << " b " << scene.base_shift_m;
+}
+
+/// The left side of Eq. (1) as the paper prints it, in metres:
+///
+///   d - (d + a t) cos + {(h + Cx / t) t - (d + a t) sin} {t + t2 / (t1 - t2) (t - t1)}
+///
+/// with t2 = t1 / s. Not defined at tilt 0, for tan_shift 0 and for zoom 1.
+inline double PrintedEq1(const Scene& scene, double tilt_rad, const ZoomObservation& seen) {
+  const TiltModel model(scene.pivot_m, scene.ceiling_height_m);
+  const double t = std::tan(tilt_rad);
+  const double t1 = seen.tan_shift;
+  const double t2 = t1 / seen.zoom;
+  const double d = scene.camera_height_m;
+  const double mast = model.MastLength(tilt_rad, d);  // d + a t
+  return d - mast * std::cos(tilt_rad) +
+         ((scene.ceiling_height_m + seen.seen_motion_m / t) * t - mast * std::sin(tilt_rad)) *
+             (t + t2 / (t1 - t2) * (t - t1));
 }
 
 }  // namespace ceilmap::compensation::synthetic

@@ -57,7 +57,7 @@ TEST(Evaluate, ReportsEachEstimate) {
 
 // Straight on along x; the fourth of ten frames has its nose 4 degrees up, where the estimate is
 // off by so much.
-std::string Line(double off_x, double off_y, double pitch_deg) {
+std::string Line(double off_x, double off_y, double pitch_deg, double left_m = 0) {
   std::string text;
   for (int i = 0; i < 10; ++i) {
     const bool tilted = i == 3;
@@ -65,7 +65,7 @@ std::string Line(double off_x, double off_y, double pitch_deg) {
     text += fmt::format("{} {:.9f} {:.9f} 0 0 {:.12f} 0 {:.12f}\n",
                         i,
                         0.1 * i + (tilted ? off_x : 0),
-                        tilted ? off_y : 0,
+                        left_m + (tilted ? off_y : 0),
                         std::sin(half),
                         std::cos(half));
   }
@@ -110,6 +110,46 @@ TEST(Evaluate, ReportsTheBenefitOfCompensation) {
   EXPECT_THAT(ReadAll(test.out / "report/fused-errors.csv"),
               HasSubstr("\n3.000000,-0.200000000,0.100000000,0.020000000,-0.030000000,-4.0000"));
   EXPECT_THAT(ReadAll(test.out / "report/compensation.csv"), StartsWith("estimate,along_before_m"));
+}
+
+// BEFORE is a run of its own, with a map that lies 2 m to the left of the other's.
+TEST(Evaluate, AlignsTheRunWithoutCompensationByItself) {
+  const Recordings test;
+  test.in.Write("truth.tum", Line(0, 0, -4));
+  test.in.Write("before.tum", Line(-0.2, 0.1, 0, 2));
+  test.in.Write("after.tum", Line(0.02, -0.03, -3.9));
+  std::vector<std::string> arguments = {
+      "evaluate", "--truth=@truth.tum", "--before=@before.tum", "fused=@after.tum"};
+  const support::ProcessResult together = test.Run(arguments);
+  EXPECT_EQ(together.exit_code, 0) << together.err;
+  EXPECT_THAT(together.out, HasSubstr("203.00"));  // taken for an error across the path
+  arguments.emplace_back("--before-own-run");
+  const support::ProcessResult apart = test.Run(arguments);
+  EXPECT_EQ(apart.exit_code, 0) << apart.err;
+  EXPECT_THAT(apart.out, HasSubstr("20.00   2.00  0.100             10.00   3.00  0.300"));
+  const support::ProcessResult alone =
+      test.Run({"evaluate", "--truth=@truth.tum", "--before-own-run", "@after.tum"});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_THAT(alone.err, HasSubstr("--before"));
+}
+
+// Robots on one map share its alignment, and no error of theirs is aligned away.
+TEST(Evaluate, ComparesBeforeAndAfterInTheFrameOfTheMap) {
+  const Recordings test;
+  test.in.Write("truth.tum", Line(0, 0, -4));
+  test.in.Write("map-truth.tum", Line(0, 0, 0));
+  test.in.Write("map.tum", Line(0, 0, 0, 2));
+  test.in.Write("before.tum", Line(-0.2, 0.1, 0, 2.05));
+  test.in.Write("after.tum", Line(0.02, -0.03, -3.9, 2.01));
+  const support::ProcessResult result = test.Run({"evaluate",
+                                                  "--truth=@truth.tum",
+                                                  "--before=@before.tum",
+                                                  "fused=@after.tum",
+                                                  "--frame-from",
+                                                  "@map-truth.tum",
+                                                  "@map.tum"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("20.00   2.00  0.100             15.00   2.00  0.133"));
 }
 
 TEST(Evaluate, DrawsTheErrorsOverTheMap) {

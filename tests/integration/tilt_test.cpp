@@ -114,6 +114,11 @@ TEST_F(TiltTest, EachMethodTakesDebrisOut) {
   EXPECT_LT(forward.after_m, 0.015);
   EXPECT_GT(forward.before_m, 0.15);
   EXPECT_EQ(forward.tilt["method"], "forward");
+  const Mapped matsumoto = Map({"--tilt=matsumoto", "--forward=run/forward"});
+  EXPECT_LT(matsumoto.after_m, 0.015);
+  EXPECT_EQ(matsumoto.tilt["method"], "matsumoto");
+  EXPECT_EQ(matsumoto.tilt["by_forward"], kFrames - 1);
+  EXPECT_EQ(matsumoto.tilt["by_ceiling"], 0);
   const Mapped ceiling = Map({"--tilt=ceiling"});
   EXPECT_LT(ceiling.after_m, 0.01);
   EXPECT_NEAR(ceiling.before_m, 0.181, 0.01);  // Eq. (2) at 4 degrees

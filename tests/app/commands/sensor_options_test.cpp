@@ -26,6 +26,8 @@ TEST(SensorOptions, NameWhatIsMissingForTilt) {
   EXPECT_EQ(ErrorOf(options, true), "");
   EXPECT_EQ(ErrorOf(options, false),
             "--tilt ceiling: tilt can only be measured with the robot's geometry; give --rig");
+  options.tilt = "matsumoto";
+  EXPECT_EQ(ErrorOf(options, true), "--tilt matsumoto: needs the forward camera; give --forward");
   options.tilt = "forward";
   EXPECT_EQ(ErrorOf(options, true), "--tilt forward: needs the forward camera; give --forward");
   options.forward = "forward.mp4";
@@ -60,6 +62,8 @@ TEST(SensorOptions, TiltIsFusedByDefaultWhereThereIsARig) {
   SensorOptions options;
   EXPECT_EQ(options.Files(true, "", HeadingFrame::kRelative).tilt, TiltMethod::kFused);
   EXPECT_FALSE(options.Files(false, "", HeadingFrame::kRelative).tilt);
+  options.tilt = "matsumoto";
+  EXPECT_EQ(options.Files(true, "", HeadingFrame::kRelative).tilt, TiltMethod::kMatsumoto);
   options.tilt = "forward";
   EXPECT_EQ(options.Files(true, "", HeadingFrame::kRelative).tilt, TiltMethod::kForward);
   options.tilt = "none";

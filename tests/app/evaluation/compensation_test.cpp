@@ -62,6 +62,24 @@ TEST(CompareCompensation, AlongAndAcrossThePath) {
   EXPECT_NEAR(result->roll_deg.max, 0.2, 1e-12);
 }
 
+// AFTER is of another run, whose map lies elsewhere.
+TEST(CompareCompensation, AnotherRunHasAnAlignmentOfItsOwn) {
+  const auto same =
+      CompareCompensation(Truth(), Estimate(kBefore), Estimate(kAfter, {-3.9, 0.8}), kTruthMap);
+  std::vector<StampedPose> elsewhere = Estimate(kAfter, {-3.9, 0.8});
+  const Pose2 T_other_map(3, -2, 0.7);
+  for (StampedPose& pose : elsewhere) {
+    pose.position.head<2>() = T_other_map * Eigen::Vector2d(pose.position.head<2>());
+  }
+  const auto other = CompareCompensation(
+      Truth(), Estimate(kBefore), elsewhere, kTruthMap, {}, kTruthMap * T_other_map.Inverse());
+  ASSERT_TRUE(same && other);
+  EXPECT_NEAR(other->before.max_along_m, same->before.max_along_m, 1e-14);
+  EXPECT_NEAR(other->after.max_along_m, same->after.max_along_m, 1e-12);
+  EXPECT_NEAR(other->after.max_across_m, same->after.max_across_m, 1e-12);
+  EXPECT_NEAR(other->ratio.max_across, 0.2, 1e-10);
+}
+
 TEST(CompareCompensation, SignsOfAFrame) {
   const auto result =
       CompareCompensation(Truth(), Estimate(kBefore), Estimate(kAfter, {-3.9, 0.8}), kTruthMap);
