@@ -10,7 +10,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 prepare "${1:-$root/samples/out/experiments}" --plots
 names=("${@:2}")
 [[ ${#names[@]} -gt 0 ]] || names=(circle-1 circle-2 rotate-right straight-1 straight-2
-  grass-1 grass-2 car-park pavement-straight grass-straight lab-omni-circle lab-omni-straight omni-rooms passing-car)
+  grass-1 grass-2 car-park pavement-straight grass-straight one-feature lab-omni-circle lab-omni-straight omni-rooms passing-car)
 
 # The papers unwrap without calibration, about the middle of the image, with a row per pixel of radius; 2006 the nearest pixel,
 # 2004 that ("not smooth") or between pixels ("smooth").
@@ -136,7 +136,7 @@ for name in "${names[@]}"; do
     add_row "$name" "2004 not smooth" "$results/2004-not-smooth.json"
     add_row "$name" "2004 smooth" "$results/2004-smooth.json"
     add_row "$name" "fft" "$results/fft.json"
-    if uneven "$folder"; then add_row "$name" "fft, tilt known" "$results/fft-level.json"; fi
+    if uneven "$folder"; then add_row "$name" "fft tilt known" "$results/fft-level.json"; fi
   } >>"$all"
 done
 

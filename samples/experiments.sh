@@ -2,7 +2,7 @@
 # The two experiments of Matsumoto et al. 2010, "Visual compensation in localization of a robot on a ceiling map", on
 # bundled recordings: a robot drives straight over debris. It maps its drive, and it is localized on the ceiling map that
 # lab-map made, with five ways of measuring tilt. Prints the paper's table beside ours, writes it to matsumoto.csv, and
-# draws the figures. Then those of Labrosse 2006, a visual compass, by samples/compass-experiments.sh.
+# draws the figures.
 #   samples/experiments.sh [OUTPUT_DIR]     default: samples/out/experiments
 set -euo pipefail
 
@@ -147,5 +147,3 @@ echo "Experiment 1 has no roll: there is no error across the path to be reduced.
 echo "  $out/matsumoto.csv   the figures of all tables; ratio: along the path"
 echo "  $out/experiment-*/*/evaluation.txt   more figures; report/*-errors.csv those of each frame"
 for figure in positions errors tilt; do echo "  $out/experiment-*/*/$figure.svg and .png"; done
-
-"$root/samples/compass-experiments.sh" "$out"
