@@ -93,10 +93,14 @@ void SectorMatcher::Analyze(const cv::Mat& panorama, PanoramaLines& lines) {
   lines.samples.Resize(Count(rows_ * channels_) * Count(columns_));
   const int half = std::clamp(
       static_cast<int>(std::lround(0.5 * kBroadRad * columns_ / (2 * pi))), 1, (columns_ - 1) / 2);
+  lines.energy.Resize(Count(columns_));
+  std::fill_n(lines.energy.data(), columns_, 0.F);
   row_.resize(Count(columns_));
   for (int i = 0; i < rows_ * channels_; ++i) {
     Unpack(panorama.ptr(i / channels_) + i % channels_, channels_, columns_, row_.data());
-    SubtractLocalMean(row_, half, lines.samples.data() + Count(i) * Count(columns_));
+    float* line = lines.samples.data() + Count(i) * Count(columns_);
+    SubtractLocalMean(row_, half, line);
+    for (int u = 0; u < columns_; ++u) lines.energy[Count(u)] += line[u] * line[u];
   }
 }
 
@@ -129,7 +133,21 @@ void SectorMatcher::Compare(const PanoramaLines& reference,
   }
 }
 
-void SectorMatcher::MeasureSector(int sector, int expected) {
+/// Under the window that begins at a column, which may lie beyond the seam.
+double SectorMatcher::Energy(const PanoramaLines& lines, int first) const {
+  double sum = 0;
+  int u = (first % columns_ + columns_) % columns_;
+  for (const float weight : window_) {
+    sum += weight * lines.energy[Count(u)];
+    if (++u == columns_) u = 0;
+  }
+  return sum;
+}
+
+void SectorMatcher::MeasureSector(const PanoramaLines& reference,
+                                  const PanoramaLines& current,
+                                  int sector,
+                                  int expected) {
   const int half = static_cast<int>(window_.size()) / 2;
   const double middle = (sector + 0.5) * columns_ / kSectors - 0.5;
   const int centre = static_cast<int>(std::lround(middle));
@@ -146,6 +164,11 @@ void SectorMatcher::MeasureSector(int sector, int expected) {
   // A shallow minimum is caused by noise; a minimum at the edge of the range is not a minimum.
   constexpr double kShallow = 0.8;
   if (k == 0 || k == 2 * reach_ || !(*least < kShallow * mean)) return;
+  // Where one of the two shows nothing of the other, e.g. in the dark, the least distance is where
+  // the other is bare.
+  constexpr double kUnexplained = 0.8;
+  const double energy = Energy(current, first) + Energy(reference, first - (expected + k - reach_));
+  if (!(*least < kUnexplained * energy)) return;
   const double before = cost_[Count(k - 1)];
   const double after = cost_[Count(k + 1)];
   const double curvature = before - 2 * *least + after;
@@ -165,7 +188,8 @@ std::span<const SectorShift> SectorMatcher::Measure(const PanoramaLines& referen
   const int expected = static_cast<int>(std::lround(expected_columns));
   Compare(reference, current, expected);
   shifts_.clear();
-  for (int sector = 0; sector < kSectors; ++sector) MeasureSector(sector, expected);
+  for (int sector = 0; sector < kSectors; ++sector)
+    MeasureSector(reference, current, sector, expected);
   return shifts_;
 }
 

@@ -13,6 +13,7 @@ struct PanoramaLines {
   /// A line is a row of one channel, with its local mean (over 8 deg) subtracted; line by line, W
   /// samples each.
   registration::RealArray samples;
+  registration::RealArray energy;  ///< squares of the samples, summed over the lines: by column
 };
 
 /// The motion of the content in one direction.
@@ -51,7 +52,11 @@ class SectorMatcher {
 
  private:
   void Compare(const PanoramaLines& reference, const PanoramaLines& current, int expected);
-  void MeasureSector(int sector, int expected);
+  void MeasureSector(const PanoramaLines& reference,
+                     const PanoramaLines& current,
+                     int sector,
+                     int expected);
+  [[nodiscard]] double Energy(const PanoramaLines& lines, int first) const;
 
   int columns_;
   int rows_;

@@ -60,5 +60,21 @@ TEST(SectorMatcher, WhatFadesBroadlyTellsNoMotion) {
   }
 }
 
+// In the dark there is noise only. Its least distance is where the reference is bare.
+TEST(SectorMatcher, NoiseMatchesNothing) {
+  SectorMatcher matcher({kColumns, kRows}, 1);
+  PanoramaLines seen;
+  PanoramaLines dark;
+  cv::Mat patches = View(0.5, 0, 0);
+  for (int u = 0; u < kColumns; ++u) {
+    if (u / 12 % 2 == 0) patches.col(u) = 128;  // bare and textured in turn
+  }
+  matcher.Analyze(patches, seen);
+  matcher.Analyze(RandomPanorama(kRows, kColumns, CV_8UC1, 9) / 64 + 8, dark);
+  EXPECT_LE(matcher.Measure(seen, dark, 0).size(), 2U);
+  EXPECT_LE(matcher.Measure(dark, seen, 0).size(), 2U);
+  EXPECT_GE(matcher.Measure(seen, seen, 0).size(), 35U);
+}
+
 }  // namespace
 }  // namespace ceilmap::compass
