@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,8 @@
 #include "calib/base/error.hpp"
 #include "localization/compass/colour/colour_compass.hpp"
 #include "localization/compass/colour/colour_model_file.hpp"
+#include "localization/compass/colour/colour_query.hpp"
+#include "localization/compass/colour/victoria2013_compass.hpp"
 
 namespace fs = std::filesystem;
 
@@ -28,6 +31,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
+constexpr const char* kPrinted = "victoria-2013";
 constexpr double kTruthDtS = 0.02;  // between a heading and its true pose
 
 struct QueryOptions {
@@ -35,6 +39,8 @@ struct QueryOptions {
   recordings::ForwardOptions forward;
   fs::path poses;
   colour::ScanLineParams lines = {};
+  std::string method;    // empty: that of the model
+  std::string previous;  // empty: turned
   bool no_parallax = false;
   bool update = false;
   fs::path save;
@@ -56,6 +62,10 @@ void QueryOptions::Check(files::Existing existing) const {
   if (!save.empty() && !update) {
     throw InputError("--save: the model only changes with --update; give that too");
   }
+  if (no_parallax && method == kPrinted) {
+    throw InputError(
+        "--no-parallax: is an option of --method bayes; victoria-2013 has no parallax");
+  }
   for (const fs::path& result : {output, save}) {
     forward.CheckResult(result);
     recordings::CheckNotRead(result, {poses, truth});
@@ -73,6 +83,30 @@ CommandSettings QueryOptions::ResolveSettings(const CLI::App& cli) const {
   return resolved;
 }
 
+std::unique_ptr<colour::ColourQuery> MakeQuery(const QueryOptions& options,
+                                               colour::ColourModel model,
+                                               const calib::MountedCamera& forward,
+                                               const colour::ColourCompassParams& settings) {
+  const bool printed = options.method.empty() ? model.kind == colour::ModelKind::kVictoria2013
+                                              : options.method == kPrinted;
+  if (printed && options.no_parallax) {
+    throw InputError(
+        "--no-parallax: is an option of --method bayes; victoria-2013 has no parallax");
+  }
+  if (!printed && !options.previous.empty()) {
+    throw InputError("--previous: is an option of --method victoria-2013; give that too");
+  }
+  if (!printed) {
+    return std::make_unique<colour::ColourCompass>(std::move(model), forward, settings);
+  }
+  colour::Victoria2013Params params;
+  params.lines = settings.lines;
+  if (options.previous == "none") params.previous = colour::PreviousHeading::kNone;
+  if (options.previous == "held") params.previous = colour::PreviousHeading::kHeld;
+  params.camera_ahead_of_axle_m = settings.camera_ahead_of_axle_m;
+  return std::make_unique<colour::Victoria2013Compass>(std::move(model), forward, params);
+}
+
 compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
   return {heading.heading_rad, heading.variance_rad2, heading.confidence};
 }
@@ -80,7 +114,7 @@ compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
 // A heading that is not unique would corrupt the model.
 bool LearnAlong(const colour::ColourHeading& heading,
                 const StampedPose& pose,
-                colour::ColourCompass& compass) {
+                colour::ColourQuery& compass) {
   if (heading.confidence < reports::kUniqueConfidence) return false;
   colour::LearnedPose learned;
   learned.T_map_base = {pose.position.x(), pose.position.y(), heading.heading_rad};
@@ -92,7 +126,7 @@ bool LearnAlong(const colour::ColourHeading& heading,
 
 std::optional<colour::ColourHeading> Ask(const recordings::Frame& frame,
                                          const StampedPose* pose,
-                                         colour::ColourCompass& compass) {
+                                         colour::ColourQuery& compass) {
   colour::ColourFrame seen;
   seen.bgr = frame.image;
   seen.stamp_s = frame.stamp_s;
@@ -123,7 +157,7 @@ void ReportDetail(const recordings::Frame& frame,
 reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
                                       const recordings::PosesByTime* poses,
                                       bool update,
-                                      colour::ColourCompass& compass) {
+                                      colour::ColourQuery& compass) {
   reports::CompassQueryResult result;
   terminal::Progress progress("heading", "frames", frames.Source().ExpectedFrames());
   while (frames.Read()) {
@@ -171,7 +205,7 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
 void Store(const QueryOptions& params,
            const CommonOptions& common,
            const reports::CompassQueryResult& result,
-           const colour::ColourCompass& compass,
+           const colour::ColourQuery& compass,
            terminal::Summary& summary) {
   const evaluation::HeadingErrors* const errors = result.errors ? &*result.errors : nullptr;
   files::WriteFileAtomically(params.output, files::FormatHeadings(result.headings, errors));
@@ -208,16 +242,17 @@ void RunQuery(const QueryOptions& params,
   colour::ColourModel model = colour::ReadColourModel(params.model);
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
-  colour::ColourCompass compass(std::move(model), frames.Camera(), settings);
+  const std::unique_ptr<colour::ColourQuery> compass =
+      MakeQuery(params, std::move(model), frames.Camera(), settings);
 
   reports::CompassQueryResult result =
-      AskFrames(frames, poses ? &*poses : nullptr, params.update, compass);
+      AskFrames(frames, poses ? &*poses : nullptr, params.update, *compass);
   if (poses && result.frames > 0 && result.unused.without_pose == result.frames) {
     recordings::RefuseRecording(frames, result.unused, params.poses);
   }
   if (result.headings.empty()) recordings::RefuseRecording(frames, result.unused, {});
   result.errors = ErrorsAgainst(truth, params, result);
-  Store(params, common, result, compass, summary);
+  Store(params, common, result, *compass, summary);
   recordings::ReportFrames(frames, result.unused);
   if (figures) Draw(*figures, result, summary);
   result.seconds = terminal::SecondsSince(start);
@@ -233,9 +268,23 @@ void AddCompassOptions(CLI::App& cli, QueryOptions& params) {
       ->type_name("T.tum")
       ->group("Input");
   recordings::AddLineOptions(cli, params.lines, group);
+  cli.add_option("--method",
+                 params.method,
+                 "bayes: a Bayes filter over yaw and place; victoria-2013: the query of the paper "
+                 "[that of the model]")
+      ->type_name("METHOD")
+      ->check(CLI::IsMember({"bayes", kPrinted}))
+      ->group(group);
+  cli.add_option("--previous",
+                 params.previous,
+                 "victoria-2013: the previous heading in the query: turned by the measured turn, "
+                 "held, or none (each frame by itself) [turned]")
+      ->type_name("HOW")
+      ->check(CLI::IsMember({"turned", "held", "none"}))
+      ->group(group);
   cli.add_flag("--no-parallax",
                params.no_parallax,
-               "As published: the surroundings are taken to be infinitely far")
+               "bayes: the surroundings are taken to be infinitely far away")
       ->group(group);
   cli.add_flag("--update",
                params.update,

@@ -108,10 +108,30 @@ TEST_F(CompassTest, WithEveryKindOfModel) {
        {std::vector<std::string>{"--method=sturm", "--clustering=mixture"},
         {"--method=victoria", "--clustering=mixture", "--classes=6"},
         {"--method=sturm", "--bins=90", "--lines=16", "--depth=5"},
+        {"--method=victoria-2013"},
         {"--grid=0,0,2,1,2,1", "--fading=60", "--seed=5"}}) {
     Learn("m", options);
     EXPECT_LT(AskAgain("m"), kLargestMeanRad) << options.front();
   }
+}
+
+TEST_F(CompassTest, ByTheQueryOfThePaper) {
+  Learn("m");
+  EXPECT_LT(AskAgain("m", {"--method=victoria-2013", "--poses=@again.tum"}), kLargestMeanRad);
+  EXPECT_LT(AskAgain("m", {"--method=victoria-2013", "--previous=none"}), kLargestMeanRad);
+  Learn("m", {"--method=victoria-2013"});
+  EXPECT_LT(AskAgain("m", {"--method=bayes"}), kLargestMeanRad);
+  const auto refused = [&](const std::vector<std::string>& options, const char* what) {
+    std::vector<std::string> all = options;
+    all.insert(all.end(), {"-o", "no.csv"});
+    const support::ProcessResult result = Run(Of({"query", "m"}, "again", all));
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, HasSubstr(what));
+  };
+  refused({"--no-parallax"}, "victoria-2013 has no parallax");
+  refused({"--method=bayes", "--previous=none"}, "option of --method victoria-2013");
+  Learn("m", {"--method=sturm"});
+  refused({"--method=victoria-2013"}, "needs a grid");
 }
 
 TEST_F(CompassTest, PlacesAreUsedAndTheirYawIsNot) {
