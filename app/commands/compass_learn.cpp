@@ -95,7 +95,7 @@ void LearnCommandOptions::Resolve(const CLI::App& cli, files::Existing existing)
   if (!grid.empty()) {
     if (learn.kind == colour::ModelKind::kSturm) {
       throw InputError(
-          "--grid: is an option of --method victoria and victoria-2013; sturm has one place; leave "
+          "--grid: is an option of --method victoria; sturm has one place; leave "
           "it out");
     }
     learn.grid = ParseGrid(grid);

@@ -8,9 +8,13 @@ namespace ceilmap::colour {
 /// Smallest values of the three differences. The paper divides by each of them and states nothing
 /// about a difference of zero; smaller ones count as these.
 struct SimilarityLimits {
-  double distance_m = 0.1;   ///< > 0. A feature that was stored at the very place of the robot
-  double angle_rad = 0.02;   ///< > 0. The query takes half the width of a bin, its resolution
-  double difference = 0.01;  ///< > 0. One transition of a line of about a hundred samples
+  /// > 0. About half a cell, the accuracy of a localization that is worth a grid of cells. Features
+  /// of the robot's own cell then count alike; those of other cells count less.
+  double distance_m = 0.5;
+  double angle_rad = 0.02;  ///< > 0. The query takes half the width of a bin, its resolution
+  /// > 0. Two images of one line differ by about this. With 0.01, one line of bare wall, which is
+  /// equal everywhere, outweighs all others.
+  double difference = 0.1;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

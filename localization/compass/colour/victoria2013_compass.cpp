@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "calib/base/error.hpp"
-#include "calib/base/field_check.hpp"
 #include "calib/base/pose2.hpp"
 #include "localization/compass/colour/asked_cells.hpp"
+#include "localization/compass/colour/feature_similarity.hpp"
 #include "localization/compass/colour/line_features.hpp"
 #include "localization/compass/colour/strip_turn.hpp"
 
@@ -18,6 +19,9 @@ namespace ceilmap::colour {
 namespace {
 
 using std::numbers::pi;
+
+// Cells with at least this ratio of the position hypotheses are asked.
+constexpr double kMinCellShare = 0.2;
 
 ColourModel Checked(ColourModel model) {
   model.Validate();
@@ -31,7 +35,8 @@ ColourModel Checked(ColourModel model) {
   return model;
 }
 
-SimilarityLimits WithBins(SimilarityLimits limits, int bins) {
+SimilarityLimits LimitsFor(int bins) {
+  SimilarityLimits limits;
   limits.angle_rad = pi / bins;
   return limits;
 }
@@ -93,20 +98,16 @@ double Rival(const std::vector<CellScores>& cells, Eigen::Index chosen, double w
 
 }  // namespace
 
-void Victoria2013Params::Validate() const {
-  lines.Validate();
-  limits.Validate();
-  const FieldCheck require("victoria-2013");
-  require(
-      min_cell_share >= 0 && min_cell_share <= 1, "min_cell_share", min_cell_share, "in [0, 1]");
-}
-
 struct Victoria2013Compass::Impl {
-  Impl(ColourModel learned, calib::MountedCamera camera, const Victoria2013Params& wanted)
+  Impl(ColourModel learned,
+       calib::MountedCamera camera,
+       const ColourCompassParams& wanted,
+       PreviousHeading used)
       : model(Checked(std::move(learned))),
         forward(std::move(camera)),
         params((wanted.Validate(), wanted)),
-        limits(WithBins(params.limits, model.bins)),
+        previous(used),
+        limits(LimitsFor(model.bins)),
         classes(model.classes),
         strip(forward),
         newest_s(NewestStamp(model)) {}
@@ -123,7 +124,8 @@ struct Victoria2013Compass::Impl {
 
   ColourModel model;
   calib::MountedCamera forward;
-  Victoria2013Params params;
+  ColourCompassParams params;
+  PreviousHeading previous;
   SimilarityLimits limits;
   ColourClasses classes;
   StripTurn strip;
@@ -149,7 +151,7 @@ const ScanLines& Victoria2013Compass::Impl::LinesFor(const Tilt& wanted) {
 }
 
 void Victoria2013Compass::Impl::TurnPrevious(const cv::Mat& bgr) {
-  if (params.previous != PreviousHeading::kTurned) return;
+  if (previous != PreviousHeading::kTurned) return;
   const std::optional<MeasuredTurn> turned = strip.Next(bgr);
   if (!last_s) return;
   if (!turned) {
@@ -232,8 +234,9 @@ std::optional<ColourHeading> Victoria2013Compass::Impl::Answer(const std::vector
 
 Victoria2013Compass::Victoria2013Compass(ColourModel model,
                                          const calib::MountedCamera& forward,
-                                         const Victoria2013Params& params)
-    : impl_(std::make_unique<Impl>(std::move(model), forward, params)) {}
+                                         const ColourCompassParams& params,
+                                         PreviousHeading previous)
+    : impl_(std::make_unique<Impl>(std::move(model), forward, params, previous)) {}
 Victoria2013Compass::~Victoria2013Compass() = default;
 Victoria2013Compass::Victoria2013Compass(Victoria2013Compass&&) noexcept = default;
 Victoria2013Compass& Victoria2013Compass::operator=(Victoria2013Compass&&) noexcept = default;
@@ -259,9 +262,8 @@ std::optional<ColourHeading> Victoria2013Compass::Next(const ColourFrame& frame)
   ++me.counts.used;
   const bool placed = !frame.places.empty();
   auto heading = me.Answer(
-      placed ? AskedCells(me.model, frame.places, me.params.min_cell_share) : AllLearned(me.model),
-      placed);
-  if (heading && me.params.previous != PreviousHeading::kNone) {
+      placed ? AskedCells(me.model, frame.places, kMinCellShare) : AllLearned(me.model), placed);
+  if (heading && me.previous != PreviousHeading::kNone) {
     me.previous_rad = heading->heading_rad;
   }
   return heading;

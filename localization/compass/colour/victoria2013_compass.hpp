@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "calib/rig.hpp"
+#include "localization/compass/colour/colour_compass.hpp"
 #include "localization/compass/colour/colour_model.hpp"
 #include "localization/compass/colour/colour_query.hpp"
-#include "localization/compass/colour/feature_similarity.hpp"
-#include "localization/compass/colour/scan_lines.hpp"
 
 namespace ceilmap::colour {
 
@@ -23,18 +22,6 @@ enum class PreviousHeading {
   /// The last result itself. The factor then pulls towards a heading that has passed; in rendered
   /// rooms it holds the first one (README).
   kHeld,
-};
-
-struct Victoria2013Params {
-  ScanLineParams lines = {};
-  SimilarityLimits limits = {};  ///< angle_rad is replaced by half the width of a bin
-  /// Cells with at least this ratio of the position hypotheses are asked, [0, 1].
-  double min_cell_share = 0.2;
-  PreviousHeading previous = PreviousHeading::kTurned;
-  /// See ColourCompassParams; of use for PreviousHeading::kTurned.
-  double camera_ahead_of_axle_m = 0;
-
-  void Validate() const;  ///< throws InputError naming field, value and range
 };
 
 /// The answer of one cell: "orientations are computed for grid cells containing at least 20% of the
@@ -89,10 +76,12 @@ struct CellOrientation {
 class Victoria2013Compass final : public ColourQuery {
  public:
   /// @param model  Of ModelKind::kVictoria2013 or kVictoria.
+  /// @param params  Its lines, and the position of the camera; the rest is not in the paper.
   /// @throws InputError on another or an empty model, or invalid parameters.
   Victoria2013Compass(ColourModel model,
                       const calib::MountedCamera& forward,
-                      const Victoria2013Params& params = {});
+                      const ColourCompassParams& params = {},
+                      PreviousHeading previous = PreviousHeading::kTurned);
   ~Victoria2013Compass() override;
   Victoria2013Compass(Victoria2013Compass&&) noexcept;
   Victoria2013Compass& operator=(Victoria2013Compass&&) noexcept;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "calib/base/error.hpp"
+#include "localization/compass/colour/feature_similarity.hpp"
 #include "localization/compass/colour/line_features.hpp"
 #include "tests/localization/compass/colour/coloured_room.hpp"
 
@@ -60,7 +61,7 @@ class Victoria2013Test : public testing::Test {
 };
 
 TEST_F(Victoria2013Test, FindsTheHeadingOfEachFrameByItself) {
-  Victoria2013Compass compass(Learn(), forward_, {.previous = PreviousHeading::kNone});
+  Victoria2013Compass compass(Learn(), forward_, {}, PreviousHeading::kNone);
   EXPECT_LT(WorstError(compass), 3 * kBinRad);
   EXPECT_EQ(compass.Counts().used, kFrames);
 }
@@ -72,17 +73,16 @@ TEST_F(Victoria2013Test, ThePreviousHeadingTurnsWithTheRobot) {
 
 // The factor 1 / diff(alpha) of a previous heading that does not turn pulls back.
 TEST_F(Victoria2013Test, AHeldHeadingLagsBehind) {
-  Victoria2013Compass held(Learn(), forward_, {.previous = PreviousHeading::kHeld});
+  Victoria2013Compass held(Learn(), forward_, {}, PreviousHeading::kHeld);
   EXPECT_GT(WorstError(held), 3 * kBinRad);
 }
 
 // The header's definition, computed anew for the frame: the sum of similarities of each heading.
 TEST_F(Victoria2013Test, MaximisesTheSumOfSimilarities) {
   const ColourModel model = Learn();
-  const Victoria2013Params params;
-  const cv::Mat image = room_.Render(forward_, {0.3, 0.1, 1.2});
-  const PlaceHypothesis place[] = {{{0.3, 0.1}, 5}};
-  Victoria2013Compass compass(model, forward_, params);
+  const cv::Mat image = room_.Render(forward_, {0.5, 0.3, 1.2});
+  const PlaceHypothesis place[] = {{{0.5, 0.3}, 5}};
+  Victoria2013Compass compass(model, forward_);
   compass.Next({image, 50, {}, place});
   const ScanLines lines(forward_);
   cv::Mat samples;
@@ -100,7 +100,7 @@ TEST_F(Victoria2013Test, MaximisesTheSumOfSimilarities) {
       const AngleBin& bin = model.cells[7].bins[static_cast<std::size_t>(b)];
       const Eigen::VectorXf line = features.row(static_cast<Eigen::Index>(i)).transpose();
       const double difference = FeatureDifference(line, bin.transitions);
-      score += 1 / std::hypot(0.3, 0.1) / std::max(difference, params.limits.difference) *
+      score += 1 / std::hypot(0.5, 0.3) / std::max(difference, SimilarityLimits{}.difference) *
                FadedCertainty(bin, newest, model.fading_s);
     }
     if (score > best) {
@@ -116,7 +116,7 @@ TEST_F(Victoria2013Test, MaximisesTheSumOfSimilarities) {
 
 TEST_F(Victoria2013Test, EachCellWithAFifthOfTheHypothesesAnswers) {
   const ColourModel model = LearnRooms(true);
-  Victoria2013Compass compass(model, forward_, {.previous = PreviousHeading::kNone});
+  Victoria2013Compass compass(model, forward_, {}, PreviousHeading::kNone);
   const Eigen::Vector2d here(0, 0);
   const Eigen::Vector2d there(2.4, 1.3);
   const PlaceHypothesis even[] = {{here}, {there}};
@@ -154,7 +154,7 @@ TEST_F(Victoria2013Test, DaysLaterTheModelIsTheSame) {
 }
 
 TEST_F(Victoria2013Test, UpdatesByReplacement) {
-  Victoria2013Compass compass(Learn(), forward_, {.previous = PreviousHeading::kNone});
+  Victoria2013Compass compass(Learn(), forward_, {}, PreviousHeading::kNone);
   for (int i = 0; i < kFrames; ++i) {  // all walls were painted anew
     const Pose2 pose{0, 0, WrapAngle(2 * pi * i / kFrames)};
     compass.Next({other_.Render(forward_, pose), 100 + 0.1 * i, {}, kCentre});
@@ -186,7 +186,7 @@ TEST_F(Victoria2013Test, RefusesWhatCannotBe) {
   compass.Next({room_.Render(forward_, {}), 1});
   EXPECT_THROW(compass.Next({room_.Render(forward_, {}), 1}), InputError) << "stamps increase";
   EXPECT_THROW(compass.Next({cv::Mat(240, 320, CV_8UC1), 2}), InputError);
-  EXPECT_THROW(Victoria2013Compass(model, forward_, {.min_cell_share = 1.5}), InputError);
+  EXPECT_THROW(Victoria2013Compass(model, forward_, {.exposure_sigma = -1}), InputError);
   for (Cell& cell : model.cells) cell.bins.assign(180, {});
   EXPECT_THROW(Victoria2013Compass(model, forward_), InputError) << "empty";
   model.kind = ModelKind::kSturm;
