@@ -38,6 +38,7 @@ struct QueryOptions {
   fs::path model;
   recordings::ForwardOptions forward;
   fs::path poses;
+  fs::path hypotheses;
   colour::ScanLineParams lines = {};
   std::string method;    // empty: that of the model
   std::string previous;  // empty: turned
@@ -62,13 +63,9 @@ void QueryOptions::Check(files::Existing existing) const {
   if (!save.empty() && !update) {
     throw InputError("--save: the model only changes with --update; give that too");
   }
-  if (no_parallax && method == kPrinted) {
-    throw InputError(
-        "--no-parallax: is an option of --method bayes; victoria-2013 has no parallax");
-  }
   for (const fs::path& result : {output, save}) {
     forward.CheckResult(result);
-    recordings::CheckNotRead(result, {poses, truth});
+    recordings::CheckNotRead(result, {poses, hypotheses, truth});
   }
   recordings::CheckNotRead(output, {model});
   files::CheckOutputFiles({output, save}, existing);
@@ -99,12 +96,11 @@ std::unique_ptr<colour::ColourQuery> MakeQuery(const QueryOptions& options,
   if (!printed) {
     return std::make_unique<colour::ColourCompass>(std::move(model), forward, settings);
   }
-  colour::Victoria2013Params params;
-  params.lines = settings.lines;
-  if (options.previous == "none") params.previous = colour::PreviousHeading::kNone;
-  if (options.previous == "held") params.previous = colour::PreviousHeading::kHeld;
-  params.camera_ahead_of_axle_m = settings.camera_ahead_of_axle_m;
-  return std::make_unique<colour::Victoria2013Compass>(std::move(model), forward, params);
+  auto previous = colour::PreviousHeading::kTurned;
+  if (options.previous == "none") previous = colour::PreviousHeading::kNone;
+  if (options.previous == "held") previous = colour::PreviousHeading::kHeld;
+  return std::make_unique<colour::Victoria2013Compass>(
+      std::move(model), forward, settings, previous);
 }
 
 compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
@@ -124,18 +120,30 @@ bool LearnAlong(const colour::ColourHeading& heading,
   return true;
 }
 
+// What is known of the robot's places.
+struct Known {
+  std::optional<recordings::PosesByTime> poses;
+  std::optional<recordings::HypothesesByTime> hypotheses;
+};
+
+// A pose is preferred to hypotheses of the same time.
 std::optional<colour::ColourHeading> Ask(const recordings::Frame& frame,
                                          const StampedPose* pose,
+                                         const files::StampedHypotheses* hypotheses,
                                          colour::ColourQuery& compass) {
   colour::ColourFrame seen;
   seen.bgr = frame.image;
   seen.stamp_s = frame.stamp_s;
-  colour::PlaceHypothesis place;
+  std::vector<colour::PlaceHypothesis> places;
   if (pose != nullptr) {
-    place.place = pose->position.head<2>();
-    seen.places = {&place, 1};
+    places.push_back({pose->position.head<2>()});
     seen.tilt = recordings::TiltOf(*pose);
+  } else if (hypotheses != nullptr) {
+    for (const WeightedPose& place : hypotheses->places) {
+      places.push_back({place.pose.Translation(), place.weight});
+    }
   }
+  seen.places = places;
   return compass.Next(seen);
 }
 
@@ -155,7 +163,7 @@ void ReportDetail(const recordings::Frame& frame,
 }
 
 reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
-                                      const recordings::PosesByTime* poses,
+                                      const Known& known,
                                       bool update,
                                       colour::ColourQuery& compass) {
   reports::CompassQueryResult result;
@@ -163,10 +171,13 @@ reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
   while (frames.Read()) {
     progress.Update(frames.Count());
     const recordings::Frame& frame = frames.Current();
-    const StampedPose* const pose = poses != nullptr ? poses->Nearest(frame.stamp_s) : nullptr;
-    if (poses != nullptr && pose == nullptr) ++result.unused.without_pose;
+    const StampedPose* const pose = known.poses ? known.poses->Nearest(frame.stamp_s) : nullptr;
+    const files::StampedHypotheses* const hypotheses =
+        known.hypotheses ? known.hypotheses->Nearest(frame.stamp_s) : nullptr;
+    const bool expected = known.poses || known.hypotheses;
+    if (expected && pose == nullptr && hypotheses == nullptr) ++result.unused.without_pose;
     const auto start = steady_clock::now();
-    const std::optional<colour::ColourHeading> heading = Ask(frame, pose, compass);
+    const std::optional<colour::ColourHeading> heading = Ask(frame, pose, hypotheses, compass);
     if (heading && update && pose != nullptr && LearnAlong(*heading, *pose, compass)) {
       ++result.learned;
     }
@@ -235,8 +246,9 @@ void RunQuery(const QueryOptions& params,
   summary.settings = SettingsJson(resolved, {"colour_compass"});
   std::vector<StampedPose> truth;
   if (!params.truth.empty()) truth = files::ReadTum(params.truth);
-  std::optional<recordings::PosesByTime> poses;
-  if (!params.poses.empty()) poses.emplace(params.poses);
+  Known known;
+  if (!params.poses.empty()) known.poses.emplace(params.poses);
+  if (!params.hypotheses.empty()) known.hypotheses.emplace(params.hypotheses);
   std::optional<figures::FigureFolder> figures;
   if (!params.plot.empty()) figures.emplace(params.plot, common.Existing());
   colour::ColourModel model = colour::ReadColourModel(params.model);
@@ -245,10 +257,11 @@ void RunQuery(const QueryOptions& params,
   const std::unique_ptr<colour::ColourQuery> compass =
       MakeQuery(params, std::move(model), frames.Camera(), settings);
 
-  reports::CompassQueryResult result =
-      AskFrames(frames, poses ? &*poses : nullptr, params.update, *compass);
-  if (poses && result.frames > 0 && result.unused.without_pose == result.frames) {
-    recordings::RefuseRecording(frames, result.unused, params.poses);
+  reports::CompassQueryResult result = AskFrames(frames, known, params.update, *compass);
+  if ((known.poses || known.hypotheses) && result.frames > 0 &&
+      result.unused.without_pose == result.frames) {
+    recordings::RefuseRecording(
+        frames, result.unused, params.poses.empty() ? params.hypotheses : params.poses);
   }
   if (result.headings.empty()) recordings::RefuseRecording(frames, result.unused, {});
   result.errors = ErrorsAgainst(truth, params, result);
@@ -266,6 +279,12 @@ void AddCompassOptions(CLI::App& cli, QueryOptions& params) {
                  params.poses,
                  "Poses of the robot, if known: position, pitch and roll; yaw is not used")
       ->type_name("T.tum")
+      ->group("Input");
+  cli.add_option("--hypotheses",
+                 params.hypotheses,
+                 "Places where the robot may be, of 'localize --hypotheses'; for times without a "
+                 "pose")
+      ->type_name("P.csv")
       ->group("Input");
   recordings::AddLineOptions(cli, params.lines, group);
   cli.add_option("--method",

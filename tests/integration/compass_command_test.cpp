@@ -115,6 +115,31 @@ TEST_F(CompassTest, WithEveryKindOfModel) {
   }
 }
 
+// As 'localize --hypotheses' writes them.
+TEST_F(CompassTest, AtOneOfSeveralPlaces) {
+  Learn("m", {"--grid=-3,-2,6,4,5,3"});
+  std::string one = "timestamp,x,y,yaw_deg,weight\n";
+  std::string two = one;
+  for (int i = 0; i < kAgain.frames; ++i) {
+    one += fmt::format("{},1,0.5,0,1\n", kAgain.Stamp(i));
+    two += fmt::format("{0},1,0.5,0,0.6\n{0},0.7,0.2,0,0.4\n", kAgain.Stamp(i));
+  }
+  in_.Write("one.csv", one);
+  in_.Write("two.csv", two);
+  in_.Write("late.csv", "timestamp,x,y,yaw_deg,weight\n1,0,0,0,1\n");
+  EXPECT_LT(AskAgain("m", {"--poses=@again.tum"}), kLargestMeanRad);
+  const std::string by_poses = ReadAll(out_ / "h.csv");
+  EXPECT_LT(AskAgain("m", {"--hypotheses=@one.csv"}), kLargestMeanRad);
+  EXPECT_EQ(ReadAll(out_ / "h.csv"), by_poses);
+  EXPECT_GE(AskAgain("m", {"--hypotheses=@two.csv"}), 0);
+  EXPECT_NE(ReadAll(out_ / "h.csv"), by_poses);
+  EXPECT_LT(AskAgain("m", {"--hypotheses=@two.csv", "--method=victoria-2013"}), kLargestMeanRad);
+  const support::ProcessResult late =
+      Run(Of({"query", "m"}, "again", {"--hypotheses=@late.csv", "-o", "no.csv"}));
+  EXPECT_EQ(late.exit_code, 2);
+  EXPECT_THAT(late.err, HasSubstr("late.csv: no pose within"));
+}
+
 TEST_F(CompassTest, ByTheQueryOfThePaper) {
   Learn("m");
   EXPECT_LT(AskAgain("m", {"--method=victoria-2013", "--poses=@again.tum"}), kLargestMeanRad);
@@ -125,7 +150,7 @@ TEST_F(CompassTest, ByTheQueryOfThePaper) {
     std::vector<std::string> all = options;
     all.insert(all.end(), {"-o", "no.csv"});
     const support::ProcessResult result = Run(Of({"query", "m"}, "again", all));
-    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_EQ(result.exit_code, 2);
     EXPECT_THAT(result.err, HasSubstr(what));
   };
   refused({"--no-parallax"}, "victoria-2013 has no parallax");
