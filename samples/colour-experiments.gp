@@ -36,7 +36,7 @@ do for [format in 'svg png'] {
   set xrange [1.4:7.6]
   set yrange [1.4:5.6]
   set style fill solid noborder
-  plot result('cells.txt') using ($5 == 0 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#E4E4E4' title 'not seen yet', \
+  plot result('cells-walk.txt') using ($5 == 0 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#E4E4E4' title 'not seen yet', \
     '' using ($5 == 1 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#56B4E9' title 'learned directions', \
     folder . '/walk/truth.tum' using 2:3 with lines ls 5 title 'walk'
   set size noratio
@@ -53,24 +53,26 @@ do for [format in 'svg png'] {
   do for [model in 'turn walk'] {
     if (model eq 'walk') { set xlabel 'time (s)' } else { unset xlabel }
     set label 1 'Model of the ' . model at graph 0,1 offset 0,0.8 left
-    plot result('after-' . model . '.csv') using ($1 - 400):6 every ::1 with lines ls 1 title 'updating off', \
+    plot result('after-' . model . '-bayes.csv') using ($1 - 400):6 every ::1 with lines ls 1 title 'updating off', \
       result('after-' . model . '-update.csv') using ($1 - 400):6 every ::1 with lines ls 2 title 'updating on'
   }
   unset multiplot
   unset label 1
   set datafile separator whitespace
 
-  # (c) As figure 5: boards that come and go.
-  eval terminal(format, 860, 460)
-  eval output('boards', format)
-  set key default
-  set xlabel 'boards around the robot'
-  set ylabel 'mean error (rad)'
-  set xrange [0.5:10.5]
-  set xtics 1
-  set yrange [0:*]
-  plot for [i = 1:4] result('boards.txt') using 1:(column(i + 1)) with linespoints ls i \
-    title 'learned with ' . word('2 6 9 10', i)
+  # (c) As figure 5: boards that come and go, by the Bayes filter and by the query of the paper.
+  do for [method in 'bayes 2013-alone'] {
+    eval terminal(format, 860, 460)
+    eval output(method eq 'bayes' ? 'boards' : 'boards-2013', format)
+    set key default
+    set xlabel 'boards around the robot'
+    set ylabel 'mean error (rad)'
+    set xrange [0.5:10.5]
+    set xtics 1
+    set yrange [0:*]
+    plot for [i = 1:4] result('boards-' . method . '.txt') using 1:(column(i + 1)) with linespoints ls i \
+      title 'learned with ' . word('2 6 9 10', i)
+  }
   set xtics autofreq
 
   # (d) Away from the place of learning.
@@ -80,10 +82,11 @@ do for [format in 'svg png'] {
   set key left
   set xlabel 'distance from the place of learning (m)'
   set xrange [-0.05:2.55]
-  plot result('distance.txt') using 1:4 with linespoints ls 1 title 'one cell, as published', \
+  plot result('distance.txt') using 1:4 with linespoints ls 1 title 'one cell, no parallax', \
     '' using 1:2 with linespoints ls 2 title 'one cell', \
-    '' using 1:7 with linespoints ls 3 title 'grid, as published', \
-    '' using 1:5 with linespoints ls 4 title 'grid'
+    '' using 1:9 with linespoints ls 3 title 'grid, no parallax', \
+    '' using 1:7 with linespoints ls 4 title 'grid', \
+    '' using 1:11 with linespoints ls 5 title 'grid, victoria-2013, frames alone'
   set autoscale
   set output
 }
