@@ -24,6 +24,31 @@ terminal(format, width, height) = format eq 'svg' ? \
 output(name, format) = sprintf("set output '%s/%s.%s'", folder, name, format)
 
 do for [format in 'svg png'] {
+  # As figure 3 of ViCTORiA: a transition matrix; rows and columns in the order of the classes, whose colours stand beside them.
+  # Frequent transitions are dark, with a gamma of 0.25.
+  eval terminal(format, 520, 520)
+  eval output('transitions', format)
+  set size ratio -1
+  unset grid
+  unset key
+  unset colorbox
+  set palette defined (0 '#FFFFFF', 1 '#000000')
+  set cbrange [0:1]
+  set xlabel 'followed by class'
+  set ylabel 'class'
+  set xtics 0,1
+  set ytics 0,1
+  set xrange [-1.6:7.6]    # eight classes
+  set yrange [7.6:-1.6]
+  plot result('transitions.txt') using 2:1:($3 ** 0.25) with image, \
+    result('classes.txt') using (-1.0):1:2 with points pt 5 ps 3 lc rgb variable, \
+    '' using 1:(-1.0):2 with points pt 5 ps 3 lc rgb variable
+  set size noratio
+  set autoscale
+  set xtics autofreq
+  set ytics autofreq
+  set grid ls 9
+
   # (a) As figure 4 of ViCTORiA: each cell a disc of its angle bins.
   eval terminal(format, 860, 640)
   eval output('cells', format)

@@ -168,14 +168,14 @@ head_of() {
 
 # A row of it: experiment, models, recording, name of the row, and methods; mean errors in rad.
 row_of() {
-  local method error
-  printf '%-26s' "$4"
+  local method error row
+  row=$(printf '%-26s' "$4")
   for method in "${@:5}"; do
     error=$(mean_error "$method" "$2" "$3" "$4")
     note "$1" "$(name_of "$method")" "mean error of $4 (rad)" "$error"
-    printf ' | %*s' "$(name_of "$method" | awk '{ print length }')" "$error"
+    row+=$(printf ' | %*s' "$(name_of "$method" | awk '{ print length }')" "$error")
   done
-  echo
+  echo "$row"
 }
 
 # Frames that were read ($1, a result) and skipped because less than 60 % of them is above the horizon.
@@ -208,8 +208,38 @@ experiment_1() {
   row_of 1 large "$out/turn-crowd" turn-crowd "${methods[@]}"
   row_of 1 large "$out/turn-away" turn-away "${methods[@]}"
   skipped sway-again-2013
+  transitions large-2013
   head_of recording 2013-held
   row_of 1 sway "$out/sway-again" sway-again 2013-held
+}
+
+# Figure 3 of the paper, of a model ($1): the bin with the most different transitions, as lines from-class, to-class, frequency
+# (transitions.txt), and the colours of the classes (classes.txt: class, 0xRRGGBB).
+transitions() {
+  awk -v classes="$out/results/classes.txt" -v matrix="$out/results/transitions.txt" '
+    function byte(x) { return x < 0 ? 0 : x > 255 ? 255 : int(x + 0.5) }
+    /"classes":/ {
+      rest = $0
+      while (match(rest, /"mean":\[[^]]*\]/)) {
+        split(substr(rest, RSTART + 8, RLENGTH - 9), yuv, ",")
+        rest = substr(rest, RSTART + RLENGTH)
+        u = yuv[2] - 128; v = yuv[3] - 128
+        red = byte(yuv[1] + 1.14 * v); green = byte(yuv[1] - 0.395 * u - 0.581 * v); blue = byte(yuv[1] + 2.032 * u)
+        printf "%d %d\n", k++, 65536 * red + 256 * green + blue >classes
+      }
+    }
+    match($0, /"transitions":\[[^]]*\]/) {
+      count = split(substr($0, RSTART + 15, RLENGTH - 16), packed, ",")
+      if (count > most) { most = count; best = substr($0, RSTART + 15, RLENGTH - 16) }
+    }
+    END {
+      count = split(best, packed, ",")
+      for (i = 1; i <= count; ++i) {
+        if (packed[i] < 0) { at -= packed[i]; continue }    # so many zeros
+        value[at++] = packed[i] / 1e5
+      }
+      for (i = 0; i < k * k; ++i) printf "%d %d %.5f\n", int(i / k), i % k, value[i] >matrix
+    }' "$out/$1.colours"
 }
 
 # Angle bins of the cells of a model ($1): the cell's centre x, y, the first and last direction in deg, filled (1) or not (0).
@@ -359,6 +389,6 @@ echo "heading; held: with the previous heading as it was, not turned by the turn
 gnuplot -e "folder = '$out'" "$root/samples/colour-experiments.gp"
 echo
 echo "  $out/victoria.csv"
-for figure in cells updating boards boards-2013 distance; do
+for figure in transitions cells updating boards boards-2013 distance; do
   for format in svg png; do echo "  $out/$figure.$format"; done
 done
