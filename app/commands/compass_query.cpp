@@ -23,6 +23,7 @@
 #include "localization/compass/colour/colour_model_file.hpp"
 #include "localization/compass/colour/colour_query.hpp"
 #include "localization/compass/colour/victoria2013_compass.hpp"
+#include "localization/compass/colour/white_balance.hpp"
 
 namespace fs = std::filesystem;
 
@@ -43,6 +44,7 @@ struct QueryOptions {
   std::string method;    // empty: that of the model
   std::string previous;  // empty: turned
   bool no_parallax = false;
+  bool white_balance = false;
   bool update = false;
   fs::path save;
   fs::path output;
@@ -162,21 +164,52 @@ void ReportDetail(const recordings::Frame& frame,
   }
 }
 
+// Reads the whole recording for its mean colour.
+colour::ChannelGains MeasureWhiteBalance(const QueryOptions& params,
+                                         const Known& known,
+                                         const colour::ScanLineParams& line_params,
+                                         const colour::ColourModel& model) {
+  recordings::ForwardFrames frames(params.forward);
+  if (frames.Source().IsLive()) {
+    throw InputError("--white-balance: reads the recording twice; give a file or a folder");
+  }
+  colour::WhiteBalance balance(model.classes);
+  cv::Mat samples;
+  terminal::Progress progress("white balance", "frames", frames.Source().ExpectedFrames());
+  while (frames.Read()) {
+    progress.Update(frames.Count());
+    const StampedPose* const pose =
+        known.poses ? known.poses->Nearest(frames.Current().stamp_s) : nullptr;
+    const Tilt tilt = pose != nullptr ? recordings::TiltOf(*pose) : Tilt{};
+    const colour::ScanLines lines(frames.Camera(), line_params, tilt);
+    if (!lines.Usable()) continue;
+    lines.Sample(frames.Current().image, samples);
+    balance.Add(samples, lines);
+  }
+  return balance.Gains();
+}
+
 reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
                                       const Known& known,
+                                      const std::optional<colour::ChannelGains>& gains,
                                       bool update,
                                       colour::ColourQuery& compass) {
   reports::CompassQueryResult result;
+  result.gains = gains;
   terminal::Progress progress("heading", "frames", frames.Source().ExpectedFrames());
   while (frames.Read()) {
     progress.Update(frames.Count());
-    const recordings::Frame& frame = frames.Current();
+    recordings::Frame frame = frames.Current();
     const StampedPose* const pose = known.poses ? known.poses->Nearest(frame.stamp_s) : nullptr;
     const files::StampedHypotheses* const hypotheses =
         known.hypotheses ? known.hypotheses->Nearest(frame.stamp_s) : nullptr;
     const bool expected = known.poses || known.hypotheses;
     if (expected && pose == nullptr && hypotheses == nullptr) ++result.unused.without_pose;
     const auto start = steady_clock::now();
+    if (gains) {
+      frame.image = frame.image.clone();
+      colour::Apply(*gains, frame.image);
+    }
     const std::optional<colour::ColourHeading> heading = Ask(frame, pose, hypotheses, compass);
     if (heading && update && pose != nullptr && LearnAlong(*heading, *pose, compass)) {
       ++result.learned;
@@ -254,10 +287,12 @@ void RunQuery(const QueryOptions& params,
   colour::ColourModel model = colour::ReadColourModel(params.model);
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
+  std::optional<colour::ChannelGains> gains;
+  if (params.white_balance) gains = MeasureWhiteBalance(params, known, settings.lines, model);
   const std::unique_ptr<colour::ColourQuery> compass =
       MakeQuery(params, std::move(model), frames.Camera(), settings);
 
-  reports::CompassQueryResult result = AskFrames(frames, known, params.update, *compass);
+  reports::CompassQueryResult result = AskFrames(frames, known, gains, params.update, *compass);
   if ((known.poses || known.hypotheses) && result.frames > 0 &&
       result.unused.without_pose == result.frames) {
     recordings::RefuseRecording(
@@ -304,6 +339,12 @@ void AddCompassOptions(CLI::App& cli, QueryOptions& params) {
   cli.add_flag("--no-parallax",
                params.no_parallax,
                "bayes: the surroundings are taken to be infinitely far away")
+      ->group(group);
+  cli.add_flag(
+         "--white-balance",
+         params.white_balance,
+         "The model was learned by another camera: match the mean colour of the recording, which "
+         "is read twice")
       ->group(group);
   cli.add_flag("--update",
                params.update,

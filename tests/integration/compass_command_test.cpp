@@ -140,6 +140,14 @@ TEST_F(CompassTest, AtOneOfSeveralPlaces) {
   EXPECT_THAT(late.err, HasSubstr("late.csv: no pose within"));
 }
 
+TEST_F(CompassTest, WhiteBalanceIsMeasuredOnTheRecording) {
+  Learn("m");
+  EXPECT_LT(AskAgain("m", {"--white-balance"}), kLargestMeanRad);
+  const auto gains = SummaryOf("s.json")["quality"]["gains_bgr"];
+  ASSERT_EQ(gains.size(), 3U);
+  for (const auto& gain : gains) EXPECT_NEAR(gain.get<double>(), 1, 0.05) << "the same camera";
+}
+
 TEST_F(CompassTest, ByTheQueryOfThePaper) {
   Learn("m");
   EXPECT_LT(AskAgain("m", {"--method=victoria-2013", "--poses=@again.tum"}), kLargestMeanRad);
