@@ -104,7 +104,7 @@ do for [format in 'svg png'] {
   eval terminal(format, 860, 460)
   eval output('distance', format)
   set key default
-  set key left
+  set key above
   set xlabel 'distance from the place of learning (m)'
   set xrange [-0.05:2.55]
   plot result('distance.txt') using 1:4 with linespoints ls 1 title 'one cell, no parallax', \
