@@ -387,6 +387,7 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   }
   result.elsewhere = result.elsewhere && !hypotheses_.AnyAgrees();
   result.hypotheses = static_cast<int>(hypotheses_.All().size());
+  result.places = hypotheses_.Places();
   if (const Hypothesis* accepted = hypotheses_.Accepted()) {
     result.status = TrackingStatus::kRelocalized;
     result.match = accepted->match;

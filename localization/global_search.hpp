@@ -37,6 +37,7 @@ class GlobalSearch {
     graph::TrackingStatus status = graph::TrackingStatus::kLost;  ///< kRelocalized: pose found
     MapMatch match;                                               ///< that determined the pose
     int hypotheses = 0;                                           ///< places where the robot may be
+    std::vector<WeightedPose> places;                             ///< these, weights sum to 1
     /// With a pose: the robot was not recognised by this frame alone. The search goes on from
     /// there.
     bool followed = false;

@@ -239,6 +239,18 @@ bool Hypotheses::AnyMatch() const {
   return std::any_of(all_.begin(), all_.end(), [](const Hypothesis& h) { return h.recognised; });
 }
 
+std::vector<WeightedPose> Hypotheses::Places() const {
+  std::vector<WeightedPose> places;
+  double sum = 0;
+  constexpr double kLeast = 1e-6;  // evidence is never that certain
+  for (const Hypothesis& h : all_) {
+    places.push_back({h.pose.pose, std::max(kLeast, std::exp(h.evidence))});
+    sum += places.back().weight;
+  }
+  for (WeightedPose& place : places) place.weight /= sum;
+  return places;
+}
+
 const Hypothesis* Hypotheses::Followed() const {
   const auto found = std::find_if(
       all_.begin(), all_.end(), [](const Hypothesis& h) { return h.trusted && h.misses == 0; });

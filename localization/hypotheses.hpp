@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "calib/base/weighted_pose.hpp"
 #include "localization/heading_track.hpp"
 #include "localization/motion_model.hpp"
 #include "mapping/registration/registrar.hpp"
@@ -97,6 +98,8 @@ class Hypotheses {
   void Trust(const PoseWithCovariance& pose);
   /// Adds the place of a match, unless it is one of the existing hypotheses.
   void Add(const MapMatch& match);
+  /// Their poses. The weights are the probabilities by the evidence, and sum to 1.
+  [[nodiscard]] std::vector<WeightedPose> Places() const;
   /// True when a pose that was known is followed from frame to frame, though it may not be certain
   /// enough to be reported.
   [[nodiscard]] bool Follows() const { return Followed() != nullptr; }

@@ -216,6 +216,7 @@ void Localizer::Impl::Search(const LevelFrame& frame,
   const GlobalSearch::Result result = search.Next(frame, spectrum, known);
   location.pose.status = result.status;
   location.hypotheses = result.hypotheses;
+  location.places = result.places;
   location.velocity = result.velocity;
   report.searches = search.Searches();
   if (result.status != TrackingStatus::kRelocalized) {

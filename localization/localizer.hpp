@@ -83,6 +83,8 @@ struct Location {
   int inliers = 0;     ///< blocks of the image that agree with the map
   int blocks = 0;      ///< blocks compared
   int hypotheses = 0;  ///< places where the robot may be, while its pose is unknown
+  /// These places, with weights that sum to 1.
+  std::vector<WeightedPose> places;
   /// For a frame that was checked (LocalizerParams::tilt_checks): the residual tilt beyond
   /// CeilingFrame::tilt. A significant one is included in the pose's covariance, from this frame
   /// until a check finds the robot level.

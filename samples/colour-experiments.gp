@@ -24,6 +24,31 @@ terminal(format, width, height) = format eq 'svg' ? \
 output(name, format) = sprintf("set output '%s/%s.%s'", folder, name, format)
 
 do for [format in 'svg png'] {
+  # As figure 3 of ViCTORiA: a transition matrix; rows and columns in the order of the classes, whose colours stand beside them.
+  # Frequent transitions are dark, with a gamma of 0.25.
+  eval terminal(format, 520, 520)
+  eval output('transitions', format)
+  set size ratio -1
+  unset grid
+  unset key
+  unset colorbox
+  set palette defined (0 '#FFFFFF', 1 '#000000')
+  set cbrange [0:1]
+  set xlabel 'followed by class'
+  set ylabel 'class'
+  set xtics 0,1
+  set ytics 0,1
+  set xrange [-1.6:7.6]    # eight classes
+  set yrange [7.6:-1.6]
+  plot result('transitions.txt') using 2:1:($3 ** 0.25) with image, \
+    result('classes.txt') using (-1.0):1:2 with points pt 5 ps 3 lc rgb variable, \
+    '' using 1:(-1.0):2 with points pt 5 ps 3 lc rgb variable
+  set size noratio
+  set autoscale
+  set xtics autofreq
+  set ytics autofreq
+  set grid ls 9
+
   # (a) As figure 4 of ViCTORiA: each cell a disc of its angle bins.
   eval terminal(format, 860, 640)
   eval output('cells', format)
@@ -36,7 +61,7 @@ do for [format in 'svg png'] {
   set xrange [1.4:7.6]
   set yrange [1.4:5.6]
   set style fill solid noborder
-  plot result('cells.txt') using ($5 == 0 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#E4E4E4' title 'not seen yet', \
+  plot result('cells-walk.txt') using ($5 == 0 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#E4E4E4' title 'not seen yet', \
     '' using ($5 == 1 ? $1 : NaN):2:(0.55):3:4 with circles fc rgb '#56B4E9' title 'learned directions', \
     folder . '/walk/truth.tum' using 2:3 with lines ls 5 title 'walk'
   set size noratio
@@ -53,37 +78,40 @@ do for [format in 'svg png'] {
   do for [model in 'turn walk'] {
     if (model eq 'walk') { set xlabel 'time (s)' } else { unset xlabel }
     set label 1 'Model of the ' . model at graph 0,1 offset 0,0.8 left
-    plot result('after-' . model . '.csv') using ($1 - 400):6 every ::1 with lines ls 1 title 'updating off', \
+    plot result('after-' . model . '-bayes.csv') using ($1 - 400):6 every ::1 with lines ls 1 title 'updating off', \
       result('after-' . model . '-update.csv') using ($1 - 400):6 every ::1 with lines ls 2 title 'updating on'
   }
   unset multiplot
   unset label 1
   set datafile separator whitespace
 
-  # (c) As figure 5: boards that come and go.
-  eval terminal(format, 860, 460)
-  eval output('boards', format)
-  set key default
-  set xlabel 'boards around the robot'
-  set ylabel 'mean error (rad)'
-  set xrange [0.5:10.5]
-  set xtics 1
-  set yrange [0:*]
-  plot for [i = 1:4] result('boards.txt') using 1:(column(i + 1)) with linespoints ls i \
-    title 'learned with ' . word('2 6 9 10', i)
+  # (c) As figure 5: boards that come and go, by the Bayes filter and by the query of the paper.
+  do for [method in 'bayes 2013-alone'] {
+    eval terminal(format, 860, 460)
+    eval output(method eq 'bayes' ? 'boards' : 'boards-2013', format)
+    set key default
+    set xlabel 'boards around the robot'
+    set ylabel 'mean error (rad)'
+    set xrange [0.5:10.5]
+    set xtics 1
+    set yrange [0:*]
+    plot for [i = 1:4] result('boards-' . method . '.txt') using 1:(column(i + 1)) with linespoints ls i \
+      title 'learned with ' . word('2 6 9 10', i)
+  }
   set xtics autofreq
 
   # (d) Away from the place of learning.
   eval terminal(format, 860, 460)
   eval output('distance', format)
   set key default
-  set key left
+  set key above
   set xlabel 'distance from the place of learning (m)'
   set xrange [-0.05:2.55]
-  plot result('distance.txt') using 1:4 with linespoints ls 1 title 'one cell, as published', \
+  plot result('distance.txt') using 1:4 with linespoints ls 1 title 'one cell, no parallax', \
     '' using 1:2 with linespoints ls 2 title 'one cell', \
-    '' using 1:7 with linespoints ls 3 title 'grid, as published', \
-    '' using 1:5 with linespoints ls 4 title 'grid'
+    '' using 1:9 with linespoints ls 3 title 'grid, no parallax', \
+    '' using 1:7 with linespoints ls 4 title 'grid', \
+    '' using 1:11 with linespoints ls 5 title 'grid, victoria-2013, frames alone'
   set autoscale
   set output
 }

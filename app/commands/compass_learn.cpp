@@ -31,7 +31,7 @@ struct LearnCommandOptions {
   recordings::ForwardOptions forward;
   fs::path poses;
   std::string method = "victoria";
-  std::string clustering = "kmeans";
+  std::string clustering = "auto";
   std::string grid;
   colour::LearnParams learn;
   fs::path output;
@@ -86,14 +86,17 @@ void LearnCommandOptions::TakeSettings(const CLI::App& cli) {
 }
 
 void LearnCommandOptions::Resolve(const CLI::App& cli, files::Existing existing) {
-  learn.kind = method == "sturm" ? colour::ModelKind::kSturm : colour::ModelKind::kVictoria;
-  learn.classes.clustering =
-      clustering == "mixture" ? colour::Clustering::kMixture : colour::Clustering::kMeans;
+  for (const auto kind : {colour::ModelKind::kSturm, colour::ModelKind::kVictoria2013}) {
+    if (method == colour::ToString(kind)) learn.kind = kind;
+  }
+  if (clustering == "mixture") learn.classes.clustering = colour::Clustering::kMixture;
+  if (clustering == "kmeans") learn.classes.clustering = colour::Clustering::kMeans;
   TakeSettings(cli);
   if (!grid.empty()) {
     if (learn.kind == colour::ModelKind::kSturm) {
       throw InputError(
-          "--grid: is an option of --method victoria; sturm has one place; leave it out");
+          "--grid: is an option of --method victoria; sturm has one place; leave "
+          "it out");
     }
     learn.grid = ParseGrid(grid);
   }
@@ -247,14 +250,22 @@ void AddModelOptions(CLI::App& cli, LearnCommandOptions& params) {
   const auto add = [&](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type)->group(group);
   };
-  add("--method", params.method, "victoria: a grid of places; sturm: one cylinder", "METHOD")
-      ->check(CLI::IsMember({"victoria", "sturm"}))
+  add("--method",
+      params.method,
+      "victoria: a grid of places; victoria-2013: the same with the storage of the paper; sturm: "
+      "one "
+      "cylinder",
+      "METHOD")
+      ->check(CLI::IsMember({"victoria", "victoria-2013", "sturm"}))
       ->capture_default_str();
   add("--classes", params.learn.classes.classes, "Number of colour classes", "K")
       ->check(CLI::Range(2, colour::kMaxClasses))
       ->capture_default_str();
-  add("--clustering", params.clustering, "Clustering of the colours: kmeans or mixture", "HOW")
-      ->check(CLI::IsMember({"kmeans", "mixture"}))
+  add("--clustering",
+      params.clustering,
+      "Clustering of the colours: kmeans, mixture, or auto: mixture for sturm, else kmeans",
+      "HOW")
+      ->check(CLI::IsMember({"auto", "kmeans", "mixture"}))
       ->capture_default_str();
   add("--bins", params.learn.bins, "Number of directions of each cell", "N")
       ->check(CLI::Range(kMinBins, kMaxBins))

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,9 @@
 #include "calib/base/error.hpp"
 #include "localization/compass/colour/colour_compass.hpp"
 #include "localization/compass/colour/colour_model_file.hpp"
+#include "localization/compass/colour/colour_query.hpp"
+#include "localization/compass/colour/victoria2013_compass.hpp"
+#include "localization/compass/colour/white_balance.hpp"
 
 namespace fs = std::filesystem;
 
@@ -28,14 +32,19 @@ namespace {
 
 using std::chrono::steady_clock;
 
+constexpr const char* kPrinted = "victoria-2013";
 constexpr double kTruthDtS = 0.02;  // between a heading and its true pose
 
 struct QueryOptions {
   fs::path model;
   recordings::ForwardOptions forward;
   fs::path poses;
+  fs::path hypotheses;
   colour::ScanLineParams lines = {};
+  std::string method;    // empty: that of the model
+  std::string previous;  // empty: turned
   bool no_parallax = false;
+  bool white_balance = false;
   bool update = false;
   fs::path save;
   fs::path output;
@@ -58,7 +67,7 @@ void QueryOptions::Check(files::Existing existing) const {
   }
   for (const fs::path& result : {output, save}) {
     forward.CheckResult(result);
-    recordings::CheckNotRead(result, {poses, truth});
+    recordings::CheckNotRead(result, {poses, hypotheses, truth});
   }
   recordings::CheckNotRead(output, {model});
   files::CheckOutputFiles({output, save}, existing);
@@ -73,6 +82,29 @@ CommandSettings QueryOptions::ResolveSettings(const CLI::App& cli) const {
   return resolved;
 }
 
+std::unique_ptr<colour::ColourQuery> MakeQuery(const QueryOptions& options,
+                                               colour::ColourModel model,
+                                               const calib::MountedCamera& forward,
+                                               const colour::ColourCompassParams& settings) {
+  const bool printed = options.method.empty() ? model.kind == colour::ModelKind::kVictoria2013
+                                              : options.method == kPrinted;
+  if (printed && options.no_parallax) {
+    throw InputError(
+        "--no-parallax: is an option of --method bayes; victoria-2013 has no parallax");
+  }
+  if (!printed && !options.previous.empty()) {
+    throw InputError("--previous: is an option of --method victoria-2013; give that too");
+  }
+  if (!printed) {
+    return std::make_unique<colour::ColourCompass>(std::move(model), forward, settings);
+  }
+  auto previous = colour::PreviousHeading::kTurned;
+  if (options.previous == "none") previous = colour::PreviousHeading::kNone;
+  if (options.previous == "held") previous = colour::PreviousHeading::kHeld;
+  return std::make_unique<colour::Victoria2013Compass>(
+      std::move(model), forward, settings, previous);
+}
+
 compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
   return {heading.heading_rad, heading.variance_rad2, heading.confidence};
 }
@@ -80,7 +112,7 @@ compass::HeadingEstimate EstimateOf(const colour::ColourHeading& heading) {
 // A heading that is not unique would corrupt the model.
 bool LearnAlong(const colour::ColourHeading& heading,
                 const StampedPose& pose,
-                colour::ColourCompass& compass) {
+                colour::ColourQuery& compass) {
   if (heading.confidence < reports::kUniqueConfidence) return false;
   colour::LearnedPose learned;
   learned.T_map_base = {pose.position.x(), pose.position.y(), heading.heading_rad};
@@ -90,18 +122,30 @@ bool LearnAlong(const colour::ColourHeading& heading,
   return true;
 }
 
+// What is known of the robot's places.
+struct Known {
+  std::optional<recordings::PosesByTime> poses;
+  std::optional<recordings::HypothesesByTime> hypotheses;
+};
+
+// A pose is preferred to hypotheses of the same time.
 std::optional<colour::ColourHeading> Ask(const recordings::Frame& frame,
                                          const StampedPose* pose,
-                                         colour::ColourCompass& compass) {
+                                         const files::StampedHypotheses* hypotheses,
+                                         colour::ColourQuery& compass) {
   colour::ColourFrame seen;
   seen.bgr = frame.image;
   seen.stamp_s = frame.stamp_s;
-  colour::PlaceHypothesis place;
+  std::vector<colour::PlaceHypothesis> places;
   if (pose != nullptr) {
-    place.place = pose->position.head<2>();
-    seen.places = {&place, 1};
+    places.push_back({pose->position.head<2>()});
     seen.tilt = recordings::TiltOf(*pose);
+  } else if (hypotheses != nullptr) {
+    for (const WeightedPose& place : hypotheses->places) {
+      places.push_back({place.pose.Translation(), place.weight});
+    }
   }
+  seen.places = places;
   return compass.Next(seen);
 }
 
@@ -120,19 +164,53 @@ void ReportDetail(const recordings::Frame& frame,
   }
 }
 
+// Reads the whole recording for its mean colour.
+colour::ChannelGains MeasureWhiteBalance(const QueryOptions& params,
+                                         const Known& known,
+                                         const colour::ScanLineParams& line_params,
+                                         const colour::ColourModel& model) {
+  recordings::ForwardFrames frames(params.forward);
+  if (frames.Source().IsLive()) {
+    throw InputError("--white-balance: reads the recording twice; give a file or a folder");
+  }
+  colour::WhiteBalance balance(model.classes);
+  cv::Mat samples;
+  terminal::Progress progress("white balance", "frames", frames.Source().ExpectedFrames());
+  while (frames.Read()) {
+    progress.Update(frames.Count());
+    const StampedPose* const pose =
+        known.poses ? known.poses->Nearest(frames.Current().stamp_s) : nullptr;
+    const Tilt tilt = pose != nullptr ? recordings::TiltOf(*pose) : Tilt{};
+    const colour::ScanLines lines(frames.Camera(), line_params, tilt);
+    if (!lines.Usable()) continue;
+    lines.Sample(frames.Current().image, samples);
+    balance.Add(samples, lines);
+  }
+  return balance.Gains();
+}
+
 reports::CompassQueryResult AskFrames(recordings::ForwardFrames& frames,
-                                      const recordings::PosesByTime* poses,
+                                      const Known& known,
+                                      const std::optional<colour::ChannelGains>& gains,
                                       bool update,
-                                      colour::ColourCompass& compass) {
+                                      colour::ColourQuery& compass) {
   reports::CompassQueryResult result;
+  result.gains = gains;
   terminal::Progress progress("heading", "frames", frames.Source().ExpectedFrames());
   while (frames.Read()) {
     progress.Update(frames.Count());
-    const recordings::Frame& frame = frames.Current();
-    const StampedPose* const pose = poses != nullptr ? poses->Nearest(frame.stamp_s) : nullptr;
-    if (poses != nullptr && pose == nullptr) ++result.unused.without_pose;
+    recordings::Frame frame = frames.Current();
+    const StampedPose* const pose = known.poses ? known.poses->Nearest(frame.stamp_s) : nullptr;
+    const files::StampedHypotheses* const hypotheses =
+        known.hypotheses ? known.hypotheses->Nearest(frame.stamp_s) : nullptr;
+    const bool expected = known.poses || known.hypotheses;
+    if (expected && pose == nullptr && hypotheses == nullptr) ++result.unused.without_pose;
     const auto start = steady_clock::now();
-    const std::optional<colour::ColourHeading> heading = Ask(frame, pose, compass);
+    if (gains) {
+      frame.image = frame.image.clone();
+      colour::Apply(*gains, frame.image);
+    }
+    const std::optional<colour::ColourHeading> heading = Ask(frame, pose, hypotheses, compass);
     if (heading && update && pose != nullptr && LearnAlong(*heading, *pose, compass)) {
       ++result.learned;
     }
@@ -171,7 +249,7 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
 void Store(const QueryOptions& params,
            const CommonOptions& common,
            const reports::CompassQueryResult& result,
-           const colour::ColourCompass& compass,
+           const colour::ColourQuery& compass,
            terminal::Summary& summary) {
   const evaluation::HeadingErrors* const errors = result.errors ? &*result.errors : nullptr;
   files::WriteFileAtomically(params.output, files::FormatHeadings(result.headings, errors));
@@ -201,23 +279,28 @@ void RunQuery(const QueryOptions& params,
   summary.settings = SettingsJson(resolved, {"colour_compass"});
   std::vector<StampedPose> truth;
   if (!params.truth.empty()) truth = files::ReadTum(params.truth);
-  std::optional<recordings::PosesByTime> poses;
-  if (!params.poses.empty()) poses.emplace(params.poses);
+  Known known;
+  if (!params.poses.empty()) known.poses.emplace(params.poses);
+  if (!params.hypotheses.empty()) known.hypotheses.emplace(params.hypotheses);
   std::optional<figures::FigureFolder> figures;
   if (!params.plot.empty()) figures.emplace(params.plot, common.Existing());
   colour::ColourModel model = colour::ReadColourModel(params.model);
   recordings::ForwardFrames frames(params.forward);
   settings.camera_ahead_of_axle_m = frames.AheadOfAxleM();
-  colour::ColourCompass compass(std::move(model), frames.Camera(), settings);
+  std::optional<colour::ChannelGains> gains;
+  if (params.white_balance) gains = MeasureWhiteBalance(params, known, settings.lines, model);
+  const std::unique_ptr<colour::ColourQuery> compass =
+      MakeQuery(params, std::move(model), frames.Camera(), settings);
 
-  reports::CompassQueryResult result =
-      AskFrames(frames, poses ? &*poses : nullptr, params.update, compass);
-  if (poses && result.frames > 0 && result.unused.without_pose == result.frames) {
-    recordings::RefuseRecording(frames, result.unused, params.poses);
+  reports::CompassQueryResult result = AskFrames(frames, known, gains, params.update, *compass);
+  if ((known.poses || known.hypotheses) && result.frames > 0 &&
+      result.unused.without_pose == result.frames) {
+    recordings::RefuseRecording(
+        frames, result.unused, params.poses.empty() ? params.hypotheses : params.poses);
   }
   if (result.headings.empty()) recordings::RefuseRecording(frames, result.unused, {});
   result.errors = ErrorsAgainst(truth, params, result);
-  Store(params, common, result, compass, summary);
+  Store(params, common, result, *compass, summary);
   recordings::ReportFrames(frames, result.unused);
   if (figures) Draw(*figures, result, summary);
   result.seconds = terminal::SecondsSince(start);
@@ -232,10 +315,36 @@ void AddCompassOptions(CLI::App& cli, QueryOptions& params) {
                  "Poses of the robot, if known: position, pitch and roll; yaw is not used")
       ->type_name("T.tum")
       ->group("Input");
+  cli.add_option("--hypotheses",
+                 params.hypotheses,
+                 "Places where the robot may be, of 'localize --hypotheses'; for times without a "
+                 "pose")
+      ->type_name("P.csv")
+      ->group("Input");
   recordings::AddLineOptions(cli, params.lines, group);
+  cli.add_option("--method",
+                 params.method,
+                 "bayes: a Bayes filter over yaw and place; victoria-2013: the query of the paper "
+                 "[that of the model]")
+      ->type_name("METHOD")
+      ->check(CLI::IsMember({"bayes", kPrinted}))
+      ->group(group);
+  cli.add_option("--previous",
+                 params.previous,
+                 "victoria-2013: the previous heading in the query: turned by the measured turn, "
+                 "held, or none (each frame by itself) [turned]")
+      ->type_name("HOW")
+      ->check(CLI::IsMember({"turned", "held", "none"}))
+      ->group(group);
   cli.add_flag("--no-parallax",
                params.no_parallax,
-               "As published: the surroundings are taken to be infinitely far")
+               "bayes: the surroundings are taken to be infinitely far away")
+      ->group(group);
+  cli.add_flag(
+         "--white-balance",
+         params.white_balance,
+         "The model was learned by another camera: match the mean colour of the recording, which "
+         "is read twice")
       ->group(group);
   cli.add_flag("--update",
                params.update,

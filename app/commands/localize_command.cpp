@@ -9,6 +9,7 @@
 #include "app/commands/sensor_options.hpp"
 #include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
+#include "app/files/hypotheses_csv.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/status_csv.hpp"
 #include "app/files/tum.hpp"
@@ -49,6 +50,7 @@ struct LocalizeOptions {
   std::string heading_zero = "first";
   fs::path output;
   fs::path status;
+  fs::path hypotheses;
   bool stream = false;
   bool predicted = false;
   live::WatchOptions watch;
@@ -75,7 +77,8 @@ void LocalizeOptions::Check(files::Existing existing) const {
         "--heading-zero: headings of --omni are relative to the first frame; leave it out");
   }
   std::error_code ignored;
-  for (const fs::path& target : {output, sensors.uncompensated, status, sensors.wheels.rig_out}) {
+  for (const fs::path& target :
+       {output, sensors.uncompensated, status, hypotheses, sensors.wheels.rig_out}) {
     for (const fs::path& source : {map,
                                    rig,
                                    stamps,
@@ -89,8 +92,8 @@ void LocalizeOptions::Check(files::Existing existing) const {
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
-  files::CheckOutputFiles({output, sensors.uncompensated, status, sensors.wheels.rig_out},
-                          existing);
+  files::CheckOutputFiles(
+      {output, sensors.uncompensated, status, hypotheses, sensors.wheels.rig_out}, existing);
   watch.Check(existing);
 }
 
@@ -114,15 +117,18 @@ class Results {
         trajectory_(params.output),
         uncompensated_(params.sensors.uncompensated),
         status_(params.status),
+        hypotheses_(params.hypotheses),
         stream_(params.stream),
         predicted_(params.predicted) {
     for (files::GrowingFile* file : {&trajectory_, &uncompensated_})
       file->Append(files::TumHeader());
     status_.Append(files::StatusHeader());
+    hypotheses_.Append(files::HypothesesHeader());
   }
 
   void Add(const robot::Estimate& estimate) {
     status_.Append(files::FormatStatusLine(estimate));
+    hypotheses_.Append(files::FormatHypotheses(estimate));
     const bool predicted = predicted_ && estimate.status == robot::TrackingStatus::kPredicted;
     if (!estimate.HasPose() && !predicted) return;
     const Pose2& T_map_base = estimate.pose.pose;
@@ -136,10 +142,16 @@ class Results {
     std::fflush(stdout);
   }
 
-  void CommitStatus() { status_.Commit(); }
+  void CommitStatus() {
+    status_.Commit();
+    hypotheses_.Commit();
+  }
   void Commit(const LocalizeOptions& params, terminal::Summary& summary) {
-    for (files::GrowingFile* file : {&trajectory_, &uncompensated_, &status_}) file->Commit();
-    for (const fs::path& file : {params.output, params.sensors.uncompensated, params.status}) {
+    for (files::GrowingFile* file : {&trajectory_, &uncompensated_, &status_, &hypotheses_}) {
+      file->Commit();
+    }
+    for (const fs::path& file :
+         {params.output, params.sensors.uncompensated, params.status, params.hypotheses}) {
       if (!file.empty()) summary.files.push_back(file);
     }
   }
@@ -149,6 +161,7 @@ class Results {
   files::GrowingFile trajectory_;
   files::GrowingFile uncompensated_;
   files::GrowingFile status_;
+  files::GrowingFile hypotheses_;
   bool stream_;
   bool predicted_;  // such poses are written too
 };
@@ -380,6 +393,11 @@ Command AddLocalizeCommand(CLI::App& program) {
       ->required()
       ->group(result);
   add("--status", params->status, "Pose, status and accuracy of every frame", "S.csv")
+      ->group(result);
+  add("--hypotheses",
+      params->hypotheses,
+      "Places where the robot may be, while it is ambiguous: timestamp,x,y,yaw_deg,weight",
+      "P.csv")
       ->group(result);
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
       ->group(result);

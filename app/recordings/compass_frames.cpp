@@ -52,6 +52,25 @@ double MeanDifference(const cv::Mat& bgr) {
   return static_cast<double>(sum) / static_cast<double>(std::max<std::int64_t>(pixels, 1));
 }
 
+/// The entry nearest in time, within PosesByTime::kMaxDtS; null if there is none.
+template <typename Stamped>
+const Stamped* NearestInTime(const std::vector<Stamped>& all, double stamp_s) {
+  const auto after =
+      std::lower_bound(all.begin(), all.end(), stamp_s, [](const Stamped& one, double time_s) {
+        return one.stamp_s < time_s;
+      });
+  const Stamped* nearest = nullptr;
+  double offset_s = PosesByTime::kMaxDtS;
+  const auto consider = [&](const Stamped& one) {
+    if (std::abs(one.stamp_s - stamp_s) > offset_s) return;
+    nearest = &one;
+    offset_s = std::abs(one.stamp_s - stamp_s);
+  };
+  if (after != all.begin()) consider(*(after - 1));
+  if (after != all.end()) consider(*after);
+  return nearest;
+}
+
 }  // namespace
 
 double ColouredRatio(const cv::Mat& bgr) {
@@ -157,20 +176,11 @@ void ForwardFrames::RefuseGrey() const {
 }
 
 const StampedPose* PosesByTime::Nearest(double stamp_s) const {
-  const auto after = std::lower_bound(
-      poses_.begin(), poses_.end(), stamp_s, [](const StampedPose& pose, double time_s) {
-        return pose.stamp_s < time_s;
-      });
-  const StampedPose* nearest = nullptr;
-  double offset_s = kMaxDtS;
-  const auto consider = [&](const StampedPose& pose) {
-    if (std::abs(pose.stamp_s - stamp_s) > offset_s) return;
-    nearest = &pose;
-    offset_s = std::abs(pose.stamp_s - stamp_s);
-  };
-  if (after != poses_.begin()) consider(*(after - 1));
-  if (after != poses_.end()) consider(*after);
-  return nearest;
+  return NearestInTime(poses_, stamp_s);
+}
+
+const files::StampedHypotheses* HypothesesByTime::Nearest(double stamp_s) const {
+  return NearestInTime(hypotheses_, stamp_s);
 }
 
 Tilt TiltOf(const StampedPose& pose) {

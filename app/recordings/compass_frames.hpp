@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/files/hypotheses_csv.hpp"
 #include "app/files/tum.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "calib/base/tilt.hpp"
@@ -93,6 +94,20 @@ class PosesByTime {
 
  private:
   std::vector<StampedPose> poses_;
+};
+
+/// Position hypotheses by time.
+class HypothesesByTime {
+ public:
+  /// @throws as ReadHypotheses.
+  explicit HypothesesByTime(const std::filesystem::path& file)
+      : hypotheses_(files::ReadHypotheses(file)) {}
+
+  /// Those nearest in time, within PosesByTime::kMaxDtS; null if there are none.
+  [[nodiscard]] const files::StampedHypotheses* Nearest(double stamp_s) const;
+
+ private:
+  std::vector<files::StampedHypotheses> hypotheses_;
 };
 
 /// Pitch and roll of a pose.

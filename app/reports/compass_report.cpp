@@ -163,6 +163,7 @@ void Summarize(const CompassQueryResult& result, terminal::Summary& summary) {
       {"mean_sigma_deg", kDegPerRad * result.MeanSigmaRad()},
       {"compass_ms_per_frame",
        result.compass_ms / static_cast<double>(std::max<std::int64_t>(result.frames, 1))}};
+  if (result.gains) summary.quality["gains_bgr"] = *result.gains;
   if (!result.errors) return;
   nlohmann::ordered_json errors = ToJson(*result.errors);
   errors["mean_rad"] = result.errors->error_deg.mean / kDegPerRad;
@@ -185,6 +186,12 @@ void PrintReport(const CompassQueryResult& result, const terminal::Summary& summ
   }
   if (result.reading.dropped > 0) {
     table.AddRow({"dropped", fmt::to_string(result.reading.dropped), "frames of a live source"});
+  }
+  if (result.gains) {
+    const colour::ChannelGains& gains = *result.gains;
+    table.AddRow({"white balance",
+                  fmt::format("{:.3f} {:.3f} {:.3f}", gains[0], gains[1], gains[2]),
+                  "gains of blue, green, red"});
   }
   const compass::HeadingEstimate& last = result.headings.back().estimate;
   table.AddRow(

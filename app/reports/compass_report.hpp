@@ -13,6 +13,7 @@
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
 #include "localization/compass/colour/colour_model.hpp"
+#include "localization/compass/colour/white_balance.hpp"
 
 namespace ceilmap::reports {
 
@@ -40,8 +41,9 @@ struct CompassQueryResult {
   std::optional<evaluation::HeadingErrors> errors;  ///< with --truth, absolute
   std::int64_t frames = 0;                          ///< frames of the recording
   recordings::UnusedFrames unused;
-  std::int64_t without_turn = 0;  ///< turn since the previous frame not measured
-  std::int64_t learned = 0;       ///< with --update
+  std::int64_t without_turn = 0;              ///< turn since the previous frame not measured
+  std::int64_t learned = 0;                   ///< with --update
+  std::optional<colour::ChannelGains> gains;  ///< with --white-balance
   recordings::FrameSourceReport reading;
   double compass_ms = 0;
   double seconds = 0;

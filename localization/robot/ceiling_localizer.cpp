@@ -30,6 +30,7 @@ Estimate ToEstimate(const localization::Location& location,
   estimate.inliers = location.inliers;
   estimate.blocks = location.blocks;
   estimate.hypotheses = location.hypotheses;
+  estimate.places = location.places;
   return estimate;
 }
 

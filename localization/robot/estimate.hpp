@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "calib/base/heading.hpp"
 #include "calib/base/pose_with_covariance.hpp"
 #include "calib/base/tilt.hpp"
+#include "calib/base/weighted_pose.hpp"
 #include "mapping/graph/keyframe.hpp"
 
 namespace ceilmap::robot {
@@ -25,6 +27,7 @@ struct Estimate {
   int inliers = 0;     ///< blocks of the image that agree with the map (CeilingLocalizer)
   int blocks = 0;      ///< blocks compared (CeilingLocalizer)
   int hypotheses = 0;  ///< places where the robot may be, while its pose is unknown
+  std::vector<WeightedPose> places;  ///< these places, weights sum to 1 (CeilingLocalizer)
   std::int64_t keyframe_id = -1;  ///< against which the frame was measured (CeilingMapper)
 
   [[nodiscard]] bool HasPose() const { return graph::HasPose(status); }

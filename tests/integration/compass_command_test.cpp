@@ -108,10 +108,63 @@ TEST_F(CompassTest, WithEveryKindOfModel) {
        {std::vector<std::string>{"--method=sturm", "--clustering=mixture"},
         {"--method=victoria", "--clustering=mixture", "--classes=6"},
         {"--method=sturm", "--bins=90", "--lines=16", "--depth=5"},
+        {"--method=victoria-2013"},
         {"--grid=0,0,2,1,2,1", "--fading=60", "--seed=5"}}) {
     Learn("m", options);
     EXPECT_LT(AskAgain("m"), kLargestMeanRad) << options.front();
   }
+}
+
+// As 'localize --hypotheses' writes them.
+TEST_F(CompassTest, AtOneOfSeveralPlaces) {
+  Learn("m", {"--grid=-3,-2,6,4,5,3"});
+  std::string one = "timestamp,x,y,yaw_deg,weight\n";
+  std::string two = one;
+  for (int i = 0; i < kAgain.frames; ++i) {
+    one += fmt::format("{},1,0.5,0,1\n", kAgain.Stamp(i));
+    two += fmt::format("{0},1,0.5,0,0.6\n{0},0.7,0.2,0,0.4\n", kAgain.Stamp(i));
+  }
+  in_.Write("one.csv", one);
+  in_.Write("two.csv", two);
+  in_.Write("late.csv", "timestamp,x,y,yaw_deg,weight\n1,0,0,0,1\n");
+  EXPECT_LT(AskAgain("m", {"--poses=@again.tum"}), kLargestMeanRad);
+  const std::string by_poses = ReadAll(out_ / "h.csv");
+  EXPECT_LT(AskAgain("m", {"--hypotheses=@one.csv"}), kLargestMeanRad);
+  EXPECT_EQ(ReadAll(out_ / "h.csv"), by_poses);
+  EXPECT_GE(AskAgain("m", {"--hypotheses=@two.csv"}), 0);
+  EXPECT_NE(ReadAll(out_ / "h.csv"), by_poses);
+  EXPECT_LT(AskAgain("m", {"--hypotheses=@two.csv", "--method=victoria-2013"}), kLargestMeanRad);
+  const support::ProcessResult late =
+      Run(Of({"query", "m"}, "again", {"--hypotheses=@late.csv", "-o", "no.csv"}));
+  EXPECT_EQ(late.exit_code, 2);
+  EXPECT_THAT(late.err, HasSubstr("late.csv: no pose within"));
+}
+
+TEST_F(CompassTest, WhiteBalanceIsMeasuredOnTheRecording) {
+  Learn("m");
+  EXPECT_LT(AskAgain("m", {"--white-balance"}), kLargestMeanRad);
+  const auto gains = SummaryOf("s.json")["quality"]["gains_bgr"];
+  ASSERT_EQ(gains.size(), 3U);
+  for (const auto& gain : gains) EXPECT_NEAR(gain.get<double>(), 1, 0.05) << "the same camera";
+}
+
+TEST_F(CompassTest, ByTheQueryOfThePaper) {
+  Learn("m");
+  EXPECT_LT(AskAgain("m", {"--method=victoria-2013", "--poses=@again.tum"}), kLargestMeanRad);
+  EXPECT_LT(AskAgain("m", {"--method=victoria-2013", "--previous=none"}), kLargestMeanRad);
+  Learn("m", {"--method=victoria-2013"});
+  EXPECT_LT(AskAgain("m", {"--method=bayes"}), kLargestMeanRad);
+  const auto refused = [&](const std::vector<std::string>& options, const char* what) {
+    std::vector<std::string> all = options;
+    all.insert(all.end(), {"-o", "no.csv"});
+    const support::ProcessResult result = Run(Of({"query", "m"}, "again", all));
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr(what));
+  };
+  refused({"--no-parallax"}, "victoria-2013 has no parallax");
+  refused({"--method=bayes", "--previous=none"}, "option of --method victoria-2013");
+  Learn("m", {"--method=sturm"});
+  refused({"--method=victoria-2013"}, "needs a grid");
 }
 
 TEST_F(CompassTest, PlacesAreUsedAndTheirYawIsNot) {

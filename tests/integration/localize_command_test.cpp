@@ -1,11 +1,14 @@
 // `ceilmap localize` through the real program: a second recording on the map of the first.
 
+#include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
 
 #include "app/files/csv.hpp"
+#include "app/files/hypotheses_csv.hpp"
+#include "app/files/status_csv.hpp"
 #include "app/files/tum.hpp"
 #include "tests/integration/recordings.hpp"
 
@@ -130,6 +133,25 @@ TEST_F(LocalizeCommand, StartAndHeadingAreUsed) {
   // From an unknown direction: constant, and so it is.
   result = Localize("@back.avi", {"--heading=@h.csv"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(LocalizeCommand, WritesThePlacesWhileItIsAmbiguous) {
+  const support::ProcessResult result =
+      Localize("@back.avi", {"--stamps=@stamps.csv", "--status=s.csv", "--hypotheses=p.csv"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("written p.csv"));
+  std::vector<double> ambiguous;
+  for (const files::FrameStatus& frame : files::ReadStatus(test_.out / "s.csv").unplaced) {
+    if (frame.status == graph::TrackingStatus::kAmbiguous) ambiguous.push_back(frame.stamp_s);
+  }
+  const auto all = files::ReadHypotheses(test_.out / "p.csv");
+  ASSERT_LE(all.size(), ambiguous.size());
+  for (const files::StampedHypotheses& at : all) {
+    EXPECT_TRUE(std::binary_search(ambiguous.begin(), ambiguous.end(), at.stamp_s)) << at.stamp_s;
+    double sum = 0;
+    for (const WeightedPose& place : at.places) sum += place.weight;
+    EXPECT_NEAR(sum, 1, 0.01);
+  }
 }
 
 TEST_F(LocalizeCommand, OfARecordingOfAnotherPlaceOnlyTheStatusStays) {

@@ -73,6 +73,22 @@ TEST_F(HypothesesTest, EquallyGoodPlacesAreNeverAccepted) {
     EXPECT_FALSE(AcceptedY()) << i;
   }
   EXPECT_EQ(hypotheses_.All().size(), 2U);
+  const std::vector<WeightedPose> places = hypotheses_.Places();
+  ASSERT_EQ(places.size(), 2U);
+  EXPECT_NEAR(places[0].weight, 0.5, 1e-9);
+  EXPECT_NEAR(places[0].weight + places[1].weight, 1, 1e-12);
+  EXPECT_EQ(std::abs(places[0].pose.y - places[1].pose.y), 3);
+}
+
+TEST_F(HypothesesTest, WeightsOfPlacesFollowTheEvidence) {
+  for (int i = 0; i < 3; ++i) Frame({{5, 0.2}, {8, 0.2}});
+  Frame({{5, 0.2}, {8, 1.0}});
+  const std::vector<WeightedPose> places = hypotheses_.Places();
+  const std::vector<Hypothesis>& all = hypotheses_.All();
+  ASSERT_EQ(places.size(), 2U);
+  EXPECT_NEAR(
+      std::log(places[0].weight / places[1].weight), all[0].evidence - all[1].evidence, 1e-9);
+  EXPECT_GT(places[0].pose.y < 6 ? places[0].weight : places[1].weight, 0.9);
 }
 
 TEST_F(HypothesesTest, WhatOnePlaceDoesNotExplainDecides) {

@@ -227,9 +227,9 @@ ColourClasses ColourClasses::Learn(const cv::Mat& bgr, const ColourClassParams& 
   params.Validate();
   const cv::Mat samples = ToYuv(bgr, kMaxSamples);
   RequireColours(samples, params.classes);
-  std::vector<ColourClass> classes = params.clustering == Clustering::kMeans
-                                         ? ByKMeans(samples, params)
-                                         : ByMixture(samples, params);
+  std::vector<ColourClass> classes = params.clustering == Clustering::kMixture
+                                         ? ByMixture(samples, params)
+                                         : ByKMeans(samples, params);
   SortByBrightness(classes);
   return ColourClasses(std::move(classes));
 }

@@ -9,14 +9,15 @@ namespace ceilmap::colour {
 
 /// Method by which colours are clustered into classes.
 enum class Clustering {
-  kMeans,    ///< k-means in YUV (ViCTORiA)
-  kMixture,  ///< EM on a mixture of Gaussians in YUV (Sturm & Visser)
+  kOfMethod,  ///< that of the model's paper: kMixture for ModelKind::kSturm, otherwise kMeans
+  kMeans,     ///< k-means in YUV (ViCTORiA)
+  kMixture,   ///< EM on a mixture of Gaussians in YUV (Sturm & Visser)
 };
 
 struct ColourClassParams {
-  Clustering clustering = Clustering::kMeans;
-  int classes = 8;         ///< 2 .. kMaxClasses
-  std::uint64_t seed = 1;  ///< equal samples and seeds give equal classes
+  Clustering clustering = Clustering::kOfMethod;  ///< Learn: k-means, it knows no model
+  int classes = 8;                                ///< 2 .. kMaxClasses
+  std::uint64_t seed = 1;                         ///< equal samples and seeds give equal classes
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };

@@ -306,7 +306,7 @@ double ColourCompass::Impl::WeighKnown(std::span<const PlaceHypothesis> hypothes
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (of_cell[static_cast<std::size_t>(cells[i])] < least) continue;
     Compare(cells[i]);
-    const bool parallax = params.parallax && model.kind == ModelKind::kVictoria;
+    const bool parallax = params.parallax && model.kind != ModelKind::kSturm;
     const Eigen::Vector2d offset =
         parallax ? OffsetFrom(model, cells[i], hypotheses[i].place, kMaxOffset)
                  : Eigen::Vector2d(Eigen::Vector2d::Zero());

@@ -102,6 +102,30 @@ void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& observed,
   bin.stamp_s = std::max(bin.stamp_s, stamp_s);
 }
 
+/// m(f_new) > m(f_old): "the cell's old feature is replaced by the new feature".
+void ReplaceLine(const Eigen::Ref<const Eigen::RowVectorXf>& observed,
+                 double certainty,
+                 double stamp_s,
+                 const Eigen::Vector2d& place,
+                 double fading_s,
+                 AngleBin& bin) {
+  if (!(certainty > 1e-6)) return;
+  if (!bin.empty() && certainty <= FadedCertainty(bin, stamp_s, fading_s)) return;
+  bin.transitions = observed.transpose();
+  bin.certainty = certainty;
+  bin.place = place;
+  bin.stamp_s = stamp_s;
+}
+
+int CellAt(const ColourModel& model, const Eigen::Vector2d& place) {
+  return model.kind == ModelKind::kSturm ? 0 : model.grid.CellOf(place);
+}
+
+Clustering ResolvedClustering(Clustering wanted, ModelKind kind) {
+  if (wanted != Clustering::kOfMethod) return wanted;
+  return kind == ModelKind::kSturm ? Clustering::kMixture : Clustering::kMeans;
+}
+
 }  // namespace
 
 void LearnParams::Validate() const {
@@ -196,7 +220,9 @@ ColourModel ColourLearner::Finish() const {
   }
   cv::Mat all;
   cv::hconcat(samples, all);
-  const ColourClasses classes = ColourClasses::Learn(all, me.params.classes);
+  ColourClassParams wanted = me.params.classes;
+  wanted.clustering = ResolvedClustering(wanted.clustering, me.params.kind);
+  const ColourClasses classes = ColourClasses::Learn(all, wanted);
 
   ColourModel model;
   model.kind = me.params.kind;
@@ -222,9 +248,13 @@ void Observe(const LineFeatures& features,
              double stamp_s,
              const LearnedPose& pose,
              ColourModel& model) {
+  if (model.kind == ModelKind::kVictoria2013) {
+    Replace(features, azimuths, stamp_s, pose, model);
+    return;
+  }
   const Eigen::Vector2d place = pose.T_map_base.Translation();
-  const int index = model.kind == ModelKind::kSturm ? 0 : model.grid.CellOf(place);
-  std::vector<AngleBin>& bins = model.cells[static_cast<std::size_t>(index)].bins;
+  const auto cell = static_cast<std::size_t>(CellAt(model, place));
+  std::vector<AngleBin>& bins = model.cells[cell].bins;
   const auto count = static_cast<double>(bins.size());
   const double certainty = CertaintyOf(pose, 2 * pi / count);
   for (std::size_t i = 0; i < azimuths.size(); ++i) {
@@ -238,6 +268,27 @@ void Observe(const LineFeatures& features,
     const auto row = features.row(static_cast<Eigen::Index>(i));
     ObserveLine(row, (1 - fraction) * certainty, stamp_s, place, model, bin(lower));
     ObserveLine(row, fraction * certainty, stamp_s, place, model, bin(lower + 1));
+  }
+  ++model.frames;
+}
+
+void Replace(const LineFeatures& features,
+             const std::vector<double>& azimuths,
+             double stamp_s,
+             const LearnedPose& pose,
+             ColourModel& model) {
+  const Eigen::Vector2d place = pose.T_map_base.Translation();
+  const auto cell = static_cast<std::size_t>(CellAt(model, place));
+  std::vector<AngleBin>& bins = model.cells[cell].bins;
+  const double certainty = CertaintyOf(pose, 2 * pi / static_cast<double>(bins.size()));
+  for (std::size_t i = 0; i < azimuths.size(); ++i) {
+    const int bin = BinOf(pose.T_map_base.yaw + azimuths[i], static_cast<int>(bins.size()));
+    ReplaceLine(features.row(static_cast<Eigen::Index>(i)),
+                certainty,
+                stamp_s,
+                place,
+                model.fading_s,
+                bins[static_cast<std::size_t>(bin)]);
   }
   ++model.frames;
 }

@@ -72,10 +72,21 @@ class ColourLearner {
 };
 
 /// Adds the content of a frame to a model, both for learning and for updating: each line is added
-/// to the two bins nearest to it, in the cell that contains the robot.
+/// to the two bins nearest to it, in the cell that contains the robot. ModelKind::kVictoria2013: by
+/// Replace.
 /// @param features  Features of the frame, by the model's classes.
 /// @param azimuths  Azimuths of its lines.
 void Observe(const LineFeatures& features,
+             const std::vector<double>& azimuths,
+             double stamp_s,
+             const LearnedPose& pose,
+             ColourModel& model);
+
+/// The update of ViCTORiA (Methenitis et al. 2013, section 3.4): each line is a feature of the one
+/// bin that contains its direction, and replaces the feature there if m(f_new) > m(f_old), both at
+/// `stamp_s` (FadedCertainty). m(f_new) = p(l) p(alpha); the paper states no formula for the two.
+/// Here they are 1 / (1 + (sigma / scale)^2), with a scale of 0.5 m and of a bin's width.
+void Replace(const LineFeatures& features,
              const std::vector<double>& azimuths,
              double stamp_s,
              const LearnedPose& pose,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "calib/base/error.hpp"
 
@@ -29,8 +30,9 @@ void CheckBin(const AngleBin& bin, Eigen::Index size, bool with_variance) {
           "a bin has a certainty, stamp or place that cannot be");
 }
 
-/// Mean of two bins, weighted by their certainty at the time of the later one.
-void MergeBin(const AngleBin& other, double fading_s, AngleBin& bin) {
+/// Mean of two bins, weighted by their certainty at the time of the later one; kVictoria2013: that
+/// of the greater certainty.
+void MergeBin(const AngleBin& other, ModelKind kind, double fading_s, AngleBin& bin) {
   if (other.empty()) return;
   if (bin.empty()) {
     bin = other;
@@ -40,6 +42,10 @@ void MergeBin(const AngleBin& other, double fading_s, AngleBin& bin) {
   const double mine = FadedCertainty(bin, now_s, fading_s);
   const double theirs = FadedCertainty(other, now_s, fading_s);
   const auto fraction = static_cast<float>(theirs / (mine + theirs));
+  if (kind == ModelKind::kVictoria2013) {  // one observation for each bin
+    if (theirs > mine) bin = other;
+    return;
+  }
   bin.transitions += fraction * (other.transitions - bin.transitions);
   if (bin.variance.size() > 0) bin.variance += fraction * (other.variance - bin.variance);
   bin.place += fraction * (other.place - bin.place);
@@ -58,7 +64,15 @@ void CheckBinCount(int cells, int bins) {
 }
 
 const char* ToString(ModelKind kind) {
-  return kind == ModelKind::kVictoria ? "victoria" : "sturm";
+  switch (kind) {
+    case ModelKind::kSturm:
+      return "sturm";
+    case ModelKind::kVictoria2013:
+      return "victoria-2013";
+    case ModelKind::kVictoria:
+      break;
+  }
+  return "victoria";
 }
 
 void GridGeometry::Validate() const {
@@ -123,6 +137,11 @@ void ColourModel::Validate() const {
   }
 }
 
+int BinOf(double angle_rad, int bins) {
+  const double turns = angle_rad / (2 * std::numbers::pi);
+  return static_cast<int>((turns - std::floor(turns)) * bins) % bins;
+}
+
 double FadedCertainty(const AngleBin& bin, double stamp_s, double fading_s) {
   return bin.certainty * std::exp(-std::max(0.0, stamp_s - bin.stamp_s) / fading_s);
 }
@@ -146,7 +165,7 @@ void Merge(const ColourModel& other, ColourModel& model) {
           "their grids or angle bins differ");
   for (std::size_t c = 0; c < model.cells.size(); ++c) {
     for (std::size_t i = 0; i < model.cells[c].bins.size(); ++i) {
-      MergeBin(other.cells[c].bins[i], model.fading_s, model.cells[c].bins[i]);
+      MergeBin(other.cells[c].bins[i], model.kind, model.fading_s, model.cells[c].bins[i]);
     }
   }
   const double frames = static_cast<double>(model.frames + other.frames);

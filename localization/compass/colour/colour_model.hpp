@@ -17,8 +17,12 @@ void CheckBinCount(int cells, int bins);
 
 /// The paper that defines the model.
 enum class ModelKind {
-  kVictoria,  ///< a grid of positions, features with certainty
-  kSturm,     ///< one cylinder, mean and variance of each frequency (Sturm & Visser)
+  /// A grid of positions; a bin has the mean of its observations, weighted by certainty and age.
+  kVictoria,
+  kSturm,  ///< one cylinder, mean and variance of each frequency (Sturm & Visser)
+  /// The grid as in the paper (Methenitis et al. 2013, section 3.4): a bin has one observation,
+  /// which a new one replaces if its certainty m(f) is greater.
+  kVictoria2013,
 };
 const char* ToString(ModelKind kind);
 
@@ -87,7 +91,12 @@ struct ColourModel {
   void Validate() const;
 };
 
-/// Certainty of a bin at a later time: m(f) of ViCTORiA.
+/// Bin that contains a direction, rad.
+int BinOf(double angle_rad, int bins);
+
+/// Certainty of a bin at a later time: m(f) = e^(-(t - t_f) / fading_s) p(l_f) p(alpha_f) of
+/// ViCTORiA. The paper prints e^(t - t_f), which grows with age, but states that "the reliability
+/// of features over time will go down"; and it states no unit of time.
 double FadedCertainty(const AngleBin& bin, double stamp_s, double fading_s);
 
 /// Adds a model that another robot learned with the same classes, grid and bins: bin by bin,

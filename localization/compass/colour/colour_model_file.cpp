@@ -266,12 +266,14 @@ void CheckFormat(const json& document) {
 
 ModelKind KindOf(const Fields& fields) {
   const std::string kind = fields.Text("kind");
-  for (const ModelKind known : {ModelKind::kVictoria, ModelKind::kSturm}) {
+  for (const ModelKind known :
+       {ModelKind::kVictoria, ModelKind::kSturm, ModelKind::kVictoria2013}) {
     if (kind == ToString(known)) return known;
   }
-  fields.Refuse(fmt::format("'kind' is '{}', must be {} or {}",
+  fields.Refuse(fmt::format("'kind' is '{}', must be {}, {} or {}",
                             Shown(kind),
                             ToString(ModelKind::kVictoria),
+                            ToString(ModelKind::kVictoria2013),
                             ToString(ModelKind::kSturm)));
 }
 

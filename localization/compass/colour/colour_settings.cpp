@@ -18,15 +18,22 @@ void DescribeLines(ScanLineParams& params, const Settings& settings) {
 }  // namespace
 
 void Describe(LearnParams& params, const Settings& settings) {
-  settings.AddChoice("kind",
-                     params.kind,
-                     {{"victoria", ModelKind::kVictoria}, {"sturm", ModelKind::kSturm}},
-                     "Kind of the model: a grid of places, or one cylinder.");
+  settings.AddChoice(
+      "kind",
+      params.kind,
+      {{"victoria", ModelKind::kVictoria},
+       {"victoria-2013", ModelKind::kVictoria2013},
+       {"sturm", ModelKind::kSturm}},
+      "Kind of the model: a grid of places (as in the paper of 2013: one observation "
+      "for each direction), or one cylinder.");
   const Settings classes = settings.In("classes");
   classes.AddChoice("clustering",
                     params.classes.clustering,
-                    {{"kmeans", Clustering::kMeans}, {"mixture", Clustering::kMixture}},
-                    "How the classes of colours are found.");
+                    {{"auto", Clustering::kOfMethod},
+                     {"kmeans", Clustering::kMeans},
+                     {"mixture", Clustering::kMixture}},
+                    "How the classes of colours are found; auto: mixture for kind sturm, else "
+                    "kmeans.");
   classes.Add("classes",
               params.classes.classes,
               "",

@@ -57,7 +57,7 @@ void LineMatcher::Prepare(const ColourModel& model, std::size_t cell) {
   prepared.empty.clear();
   prepared.empty.reserve(bins.size());
   for (const AngleBin& bin : bins) prepared.empty.push_back(bin.empty() ? 1 : 0);
-  if (kind_ == ModelKind::kVictoria) {
+  if (kind_ != ModelKind::kSturm) {
     PrepareVictoria(bins, prepared);
   } else {
     PrepareSturm(bins, prepared);
@@ -105,7 +105,7 @@ void LineMatcher::PrepareSturm(const std::vector<AngleBin>& bins, Prepared& prep
 
 void LineMatcher::Fit(const LineFeatures& features, int cell, LineFit& fit) {
   const Prepared& prepared = cells_[static_cast<std::size_t>(cell)];
-  if (kind_ == ModelKind::kVictoria) {
+  if (kind_ != ModelKind::kSturm) {
     scaled_ = features.cwiseMax(0).cwiseSqrt() * weights_.cwiseSqrt().asDiagonal();
     fit.noalias() = -2 * scaled_ * prepared.columns;
     fit.colwise() += scaled_.rowwise().squaredNorm();

@@ -15,11 +15,11 @@ using LineFit = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 
 /// Compares scan lines with all bins of a cell at once, by one matrix product per cell.
 ///
-/// kVictoria: the squared distance of the square roots of the frequencies (Hellinger), each
-/// transition weighted by its rarity in the model (1 - frequency). The likelihood is 1 / (noise +
-/// distance), so that a line that fits nowhere (occluded by a person) reduces it only slightly more
-/// than a line that fits badly.
-/// kSturm: the logarithm of a Gaussian with the mean and variance of each frequency.
+/// kVictoria, kVictoria2013: the squared distance of the square roots of the frequencies
+/// (Hellinger), each transition weighted by its rarity in the model (1 - frequency). The likelihood
+/// is 1 / (noise + distance), so that a line that fits nowhere (occluded by a person) reduces it
+/// only slightly more than a line that fits badly. kSturm: the logarithm of a Gaussian with the
+/// mean and variance of each frequency.
 class LineMatcher {
  public:
   /// @param noise  Noise of the distance, see ColourCompassParams::line_noise.

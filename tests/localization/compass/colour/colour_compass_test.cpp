@@ -131,6 +131,58 @@ TEST_F(ColourCompassTest, APlaceThatIsGivenIsTaken) {
   }
 }
 
+// A localizer that does not know on which side of the room the robot is: the frames decide. From
+// the other place alone the heading would differ by the parallax.
+TEST_F(ColourCompassTest, OfTwoPlacesTheOneThatFitsCounts) {
+  ColourModel model = Learn();
+  model.depth_m = room_.Radius();
+  ColourCompass compass(model, forward_);
+  const PlaceHypothesis places[] = {{{1.2, -0.8}, 1}, {{-1.2, 0.8}, 1}};
+  for (int i = 0; i < 20; ++i) {
+    const Pose2 pose{1.2, -0.8, 0.3 + 0.05 * i};
+    const auto heading = compass.Next({room_.Render(forward_, pose), 0.1 * i, {}, places});
+    if (i > 10) {
+      EXPECT_NEAR(WrapAngle(heading->heading_rad - pose.yaw), 0, 0.1) << i;
+    }
+  }
+}
+
+// A hypothesis in a cell with less than a fifth of the weight is not asked: it changes nothing.
+TEST_F(ColourCompassTest, APlaceOfLittleWeightIsNotAsked) {
+  ColourCompass compass(Learn(), forward_);
+  compass.Next({room_.Render(forward_, {2.4, 1.3, 0.5}), 1});
+  compass.Learn({{2.4, 1.3, 0.5}});  // a second cell
+  ColourCompass alone(compass.Model(), forward_);
+  ColourCompass both(compass.Model(), forward_);
+  const PlaceHypothesis one[] = {{{0, 0}, 1}};
+  const PlaceHypothesis two[] = {{{0, 0}, 9}, {{2.4, 1.3}, 1}};
+  const PlaceHypothesis equal[] = {{{0, 0}, 1}, {{2.4, 1.3}, 1}};
+  const cv::Mat image = room_.Render(forward_, {0, 0, 0.7});
+  const double expected = alone.Next({image, 10, {}, one})->variance_rad2;
+  EXPECT_NEAR(both.Next({image, 10, {}, two})->heading_rad,
+              ColourCompass(compass.Model(), forward_).Next({image, 10, {}, one})->heading_rad,
+              1e-4);
+  both.Reset();
+  EXPECT_GT(both.Next({image, 11, {}, equal})->variance_rad2, expected + 1e-4) << "a half is";
+}
+
+TEST_F(ColourCompassTest, ColoursAreClassifiedAsInThePaperOfTheMethod) {
+  // Number of classes with a covariance: those of a mixture of Gaussians.
+  const auto gaussians = [this](ModelKind kind, Clustering clustering = Clustering::kOfMethod) {
+    LearnParams params{.kind = kind};
+    params.classes.clustering = clustering;
+    ColourLearner learner(forward_, params);
+    for (int i = 0; i < 4; ++i) learner.Add(room_.Render(forward_, {0, 0, 1.5 * i}), i, {});
+    int full = 0;
+    for (const ColourClass& one : learner.Finish().classes) full += one.covariance[0] == 1 ? 0 : 1;
+    return full;
+  };
+  EXPECT_EQ(gaussians(ModelKind::kSturm), 8);
+  EXPECT_EQ(gaussians(ModelKind::kVictoria), 0) << "k-means";
+  EXPECT_EQ(gaussians(ModelKind::kVictoria2013), 0);
+  EXPECT_EQ(gaussians(ModelKind::kSturm, Clustering::kMeans), 0) << "as wanted";
+}
+
 TEST_F(ColourCompassTest, TurnsGiveTheDepth) {
   const ColourModel model = Learn({}, 0.2);
   // From the camera on: the wall is 0.2 m nearer on one side than from the axle.

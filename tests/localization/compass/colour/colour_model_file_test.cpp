@@ -98,7 +98,7 @@ void ExpectSame(const ColourModel& read, const ColourModel& stored) {
 
 TEST(ColourModelFile, HoldsBothKinds) {
   const support::TestFolder folder;
-  for (const auto kind : {ModelKind::kVictoria, ModelKind::kSturm}) {
+  for (const auto kind : {ModelKind::kVictoria, ModelKind::kVictoria2013, ModelKind::kSturm}) {
     const ColourModel model = SomeModel(kind, 8, 31);
     WriteColourModel(model, folder / "m");
     ExpectSame(ReadColourModel(folder / "m"), model);
@@ -181,7 +181,7 @@ const std::vector<BadModel> kBadModels = {
      "learn it anew"},
     {"UnknownKind",
      [](json& document) { document["kind"] = "fft"; },
-     std::string("'kind' is 'fft', must be victoria or sturm") + kAnew},
+     std::string("'kind' is 'fft', must be victoria, victoria-2013 or sturm") + kAnew},
     {"OtherKind",
      [](json& document) { document["kind"] = "sturm"; },
      std::string("'cells' has 15 entries, must have 1") + kAnew},

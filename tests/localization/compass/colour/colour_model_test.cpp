@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "calib/base/error.hpp"
+#include "localization/compass/colour/colour_learner.hpp"
 
 namespace ceilmap::colour {
 namespace {
@@ -36,6 +38,54 @@ TEST(ColourModel, CertaintyFades) {
   EXPECT_NEAR(FadedCertainty(Bin(1, 2, 100), 110, 10), 2 / std::exp(1), 1e-12);
 }
 
+TEST(ColourModel, BinsHoldTheirDirections) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  EXPECT_EQ(BinOf(0.001, 36), 0);
+  EXPECT_EQ(BinOf(-0.001, 36), 35);
+  EXPECT_EQ(BinOf(-1e-18, 36), 0) << "rounds to a full turn";
+  EXPECT_EQ(BinOf(3 * kTurn + 8.5 * kTurn / 36, 36), 8);
+}
+
+LearnedPose At(double sigma_rad) {
+  LearnedPose pose;
+  pose.T_map_base = {0, 0, 3.5 * 2 * std::numbers::pi / 36};
+  pose.sigma_rad = sigma_rad;
+  return pose;
+}
+
+// "If m(f_new) is greater than m(f_old), the cell's old feature is replaced by the new feature."
+TEST(Replace, TheMoreCertainFeatureStays) {
+  ColourModel model = Model();
+  model.kind = ModelKind::kVictoria2013;
+  model.grid = {-1, -1, 1.5, 2, 2, 1};  // the origin is in cell 1
+  model.fading_s = 10;
+  const std::vector<double> ahead = {0};
+  const LineFeatures old = Eigen::RowVector4f(1, 0, 0, 0);
+  const LineFeatures now = Eigen::RowVector4f(0, 1, 0, 0);
+  const AngleBin& bin = model.cells[1].bins[3];
+  Replace(old, ahead, 5, At(0.01), model);
+  ASSERT_FALSE(bin.empty());
+  EXPECT_EQ(bin.transitions(0), 1);
+  EXPECT_NEAR(bin.certainty, 1, 0.01) << "p(l) p(alpha)";
+  Replace(now, ahead, 6, At(0.3), model);
+  EXPECT_EQ(bin.transitions(0), 1) << "less certain than the old one, one second later";
+  Replace(now, ahead, 40, At(0.3), model);
+  EXPECT_EQ(bin.transitions(1), 1) << "the old one has faded";
+  EXPECT_EQ(bin.stamp_s, 40);
+  Replace(old, ahead, 41, At(0.01), model);
+  EXPECT_EQ(bin.transitions(0), 1);
+  EXPECT_NEAR(model.cells[1].Filled(), 1 / 36.0, 1e-12) << "one bin only";
+}
+
+TEST(Replace, IsTheUpdateOfTheKind) {
+  ColourModel model = Model();
+  model.kind = ModelKind::kVictoria2013;
+  model.cells[0] = {};
+  model.cells[0].bins.resize(36);
+  Observe(LineFeatures(Eigen::RowVector4f(1, 0, 0, 0)), {0.01}, 5, At(0.01), model);
+  EXPECT_NEAR(model.cells[model.grid.CellOf({0, 0})].Filled(), 1 / 36.0, 1e-12);
+}
+
 TEST(ColourModel, CellsKnowHowMuchTheySaw) {
   const ColourModel model = Model();
   EXPECT_FALSE(model.cells[0].empty());
@@ -54,6 +104,19 @@ TEST(ColourModel, MergesByCertainty) {
   EXPECT_NEAR(mine.cells[1].bins[8].transitions(0), 0.5, 1e-6);
   EXPECT_EQ(mine.frames, 2);
   mine.Validate();
+}
+
+TEST(ColourModel, OfTwoSingleFeaturesTheMoreCertainIsKept) {
+  ColourModel mine = Model();
+  ColourModel other = Model();
+  mine.kind = other.kind = ModelKind::kVictoria2013;
+  other.cells[0].bins[3] = Bin(0, 0.9, 0);
+  Merge(other, mine);
+  EXPECT_EQ(mine.cells[0].bins[3].transitions(0), 1);
+  other.cells[0].bins[3] = Bin(0, 0.9, 200);  // mine has faded by then
+  Merge(other, mine);
+  EXPECT_EQ(mine.cells[0].bins[3].transitions(0), 0);
+  EXPECT_EQ(mine.cells[0].bins[3].certainty, 0.9);
 }
 
 TEST(ColourModel, OnlyModelsOfOneKindMerge) {

@@ -59,7 +59,8 @@ TEST_P(Kinds, BinsThatSawNothingSayNothing) {
   EXPECT_LT(fit(0, 3), fit(0, 7));
   EXPECT_GT(fit(0, 3), fit.minCoeff());
 }
-INSTANTIATE_TEST_SUITE_P(Both, Kinds, testing::Values(ModelKind::kVictoria, ModelKind::kSturm));
+INSTANTIATE_TEST_SUITE_P(
+    All, Kinds, testing::Values(ModelKind::kVictoria, ModelKind::kSturm, ModelKind::kVictoria2013));
 
 // The definition: -log(noise + sum of w (sqrt f - sqrt g)^2), w one less the mean frequency.
 TEST(LineMatcher, IsTheWeightedHellingerDistance) {
