@@ -131,6 +131,7 @@ struct KnownTurns {
 struct PlottedProfile {
   std::int64_t frame = 0;
   compass::DistanceProfile profile;
+  cv::Mat panorama;
 };
 
 void MeasureFrames(recordings::PanoramaSource& source,
@@ -159,7 +160,9 @@ void MeasureFrames(recordings::PanoramaSource& source,
     if (!estimate) continue;
     result.headings.push_back({frame.index, frame.stamp_s, *estimate});
     if (!(estimate->confidence > 0)) ++(estimate->seen ? result.contradicted : result.held);
-    if (plot_frame == frame.index) plotted = {frame.index, compass.Profile()};
+    if (plot_frame == frame.index) {
+      plotted = {frame.index, compass.Profile(), panorama.panorama.clone()};
+    }
     terminal::Detail("frame {} at {:.6f} s: {:.3f} rad, confidence {:.3f}",
                      frame.index,
                      frame.stamp_s,
@@ -195,7 +198,7 @@ void DrawFigures(figures::FigureFolder& folder,
                  const PlottedProfile& plotted) {
   folder.Draw(figures::HeadingFigure(result.headings, result.errors ? &*result.errors : nullptr));
   if (!plotted.profile.distance.empty()) {
-    folder.Draw(figures::DistanceFigure(plotted.frame, plotted.profile));
+    folder.Draw(figures::DistanceFigure(plotted.frame, plotted.profile, plotted.panorama));
   } else if (params.plot_frame) {
     terminal::Warn("--plot-frame {}: the compass did not process that frame", *params.plot_frame);
   }
@@ -261,7 +264,9 @@ void RunHeading(const HeadingOptions& params,
                                  params.panorama.Source()));
   }
   if (result.headings.empty()) throw RunError("interrupted before the first frame");
-  if (figures && !params.plot_frame) plotted = {result.headings.back().frame, compass->Profile()};
+  if (figures && !params.plot_frame) {
+    plotted = {result.headings.back().frame, compass->Profile(), source.Panorama()};
+  }
   result.references = compass->References();
   result.panorama = source.Size();
   result.reading = source.Source().Report();

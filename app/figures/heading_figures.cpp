@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
 
 #include "calib/base/degrees.hpp"
 #include "calib/base/pose2.hpp"
@@ -91,11 +93,18 @@ Figure HeadingFigure(const std::vector<files::MeasuredHeading>& headings,
   return figure;
 }
 
-Figure DistanceFigure(std::int64_t frame, const compass::DistanceProfile& profile) {
+Figure DistanceFigure(std::int64_t frame,
+                      const compass::DistanceProfile& profile,
+                      const cv::Mat& panorama) {
   Figure figure;
   figure.name = fmt::format("distance-{}", frame);
   const std::string data = figure.name + ".csv";
   figure.data = {{data, DistanceData(profile)}};
+  if (!panorama.empty()) {
+    std::vector<unsigned char> png;
+    cv::imencode(".png", panorama, png);
+    figure.data.push_back({fmt::format("panorama-{}.png", frame), {png.begin(), png.end()}});
+  }
   const double turn_deg =
       360 * profile.shift_columns / static_cast<double>(profile.distance.size());
   figure.settings = fmt::format(

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,12 @@ namespace ceilmap::figures {
 Figure HeadingFigure(const std::vector<files::MeasuredHeading>& headings,
                      const evaluation::HeadingErrors* errors);
 
-/// Distance of a frame's panorama to its reference over all shifts, and the selected shift.
-/// @param frame  From 0. @param profile  Not empty.
-Figure DistanceFigure(std::int64_t frame, const compass::DistanceProfile& profile);
+/// Distance of a frame's panorama to its reference over all shifts, and the selected shift; the
+/// panorama as a file beside it, panorama-FRAME.png.
+/// @param frame  From 0. @param profile  Not empty. @param panorama  CV_8UC1 or CV_8UC3; empty: no
+/// file.
+Figure DistanceFigure(std::int64_t frame,
+                      const compass::DistanceProfile& profile,
+                      const cv::Mat& panorama = {});
 
 }  // namespace ceilmap::figures

@@ -218,6 +218,7 @@ TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
                                    "distance-5.pdf",
                                    "distance-5.png",
                                    "distance-5.svg",
+                                   "panorama-5.png",
                                    "heading.csv",
                                    "heading.gp",
                                    "heading.pdf",
@@ -231,6 +232,7 @@ TEST_F(HeadingCommand, DrawsHeadingsErrorsAndDistances) {
                 .exit_code,
             0);
   EXPECT_THAT(support::NamesIn(out_ / "others"), Contains("distance-15.svg"));
+  EXPECT_EQ(cv::imread((out_ / "plots/panorama-5.png").string()).size(), cv::Size(360, 45));
 }
 
 TEST_F(HeadingCommand, AUniformPanoramaIsHeldAndReported) {
