@@ -74,8 +74,7 @@ labrosse::CompassParams CompassOptions::Resolve(labrosse::CompassParams params) 
   Check();
   params.method = kMethods.at(method);
   if (method == "labrosse2006-probes") {
-    params.labrosse2006.amplitude = labrosse::Amplitude::kProbes;
-    params.labrosse2006.expected = labrosse::ExpectedTurn::kAsBefore;
+    params.labrosse2006.variant = labrosse::Labrosse2006Variant::kProbes;
   }
   if (fov_deg) {
     const double fov_rad = *fov_deg * kRadPerDeg;

@@ -39,16 +39,11 @@ void Describe(CompassParams& params, const Settings& settings) {
             "",
             Range::Closed(0, 1),
             "A reference is kept until the normalised amplitude of its minimum falls below this.");
-  paper.AddChoice("expected",
-                  params.labrosse2006.expected,
-                  {{"none", ExpectedTurn::kNone}, {"as_before", ExpectedTurn::kAsBefore}},
-                  "Predicted turn at which the search begins: none since the frame before, or the "
-                  "turn rate of the frame before.");
   paper.AddChoice(
-      "amplitude",
-      params.labrosse2006.amplitude,
-      {{"published", Amplitude::kPublished}, {"probes", Amplitude::kProbes}},
-      "Depth of a minimum: that of the paper, or that relative to the probes around it.");
+      "variant",
+      params.labrosse2006.variant,
+      {{"published", Labrosse2006Variant::kPublished}, {"probes", Labrosse2006Variant::kProbes}},
+      "The published method, or that of `--method labrosse2006-probes`.");
 }
 
 }  // namespace ceilmap::labrosse

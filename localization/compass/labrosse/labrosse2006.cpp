@@ -146,7 +146,7 @@ Labrosse2006::Measurement Labrosse2006::Measure() const {
 /// The minimum between the columns, and its normalised amplitude.
 Labrosse2006::Measurement Labrosse2006::Interpolated(const Distances& distances,
                                                      const FoundShift& found) const {
-  if (params_.amplitude == Amplitude::kProbes) {
+  if (params_.variant == Labrosse2006Variant::kProbes) {
     return {.shift_columns = found.columns + BlendedMinimum(found.distances, found.depth).shift,
             .amplitude = found.depth};
   }
@@ -169,7 +169,7 @@ void Labrosse2006::MeasureReference() {
 }
 
 double Labrosse2006::ExpectedHeading() const {
-  const bool turns_on = params_.expected == ExpectedTurn::kAsBefore;
+  const bool turns_on = params_.variant == Labrosse2006Variant::kProbes;
   return last_.heading_rad + (turns_on ? frames_since_ * turn_per_frame_rad_ : 0);
 }
 

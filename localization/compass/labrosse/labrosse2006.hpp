@@ -13,20 +13,12 @@
 
 namespace ceilmap::labrosse {
 
-/// The predicted turn, at which the search for the shift begins.
-enum class ExpectedTurn : std::uint8_t {
-  /// The heading is the same as at the previous frame: r_rp with the reference, 0 with that frame.
-  kNone,
-  kAsBefore  ///< the turn rate between the two previous frames continues
-};
-
-/// How deep a minimum is, which decides its place between the columns and the change of reference.
-enum class Amplitude : std::uint8_t {
-  /// Eq. 7 to 12: difference of the distances half a turn from the minimum and at the minimum, over
-  /// the same of the reference and itself. The sub-pixel minimum is parabolic up to 0.5.
+enum class Labrosse2006Variant : std::uint8_t {
   kPublished,
-  /// RelativeDepth of the minimum and its probes, which is also the linear part of the sub-pixel
-  /// minimum. It needs no distance beyond those of the search.
+  /// `labrosse2006-probes`. The search begins at the turn that continues the rate before, so that
+  /// turns faster than the probes reach are followed once they are known. The depth of a minimum is
+  /// its RelativeDepth among the probes, which decides the change of reference and is the linear
+  /// part of the sub-pixel minimum; it needs no distances beyond those of the search.
   kProbes
 };
 
@@ -40,8 +32,7 @@ struct Labrosse2006Params {
   /// Empty: references by the threshold ("Atm"). n >= 0: every (n+1)-th frame is used, and compared
   /// with the one used before ("Fx n").
   std::optional<int> skip = std::nullopt;
-  ExpectedTurn expected = ExpectedTurn::kNone;
-  Amplitude amplitude = Amplitude::kPublished;
+  Labrosse2006Variant variant = Labrosse2006Variant::kPublished;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
@@ -65,10 +56,6 @@ struct Labrosse2006Params {
 ///   reference either, a new reference is created there.
 /// - The fields of a reference compared with itself are those of its own frame.
 /// - The variance: the paper has none.
-///
-/// Params other than the default give variants of the method that the paper does not contain.
-/// Amplitude::kProbes with ExpectedTurn::kAsBefore is the method `labrosse2006-probes`: it follows
-/// turns that are faster than the probes reach, once the turn is known.
 ///
 /// Time: a few shifts per frame instead of all. Panoramas are copied.
 class Labrosse2006 : public compass::Compass {

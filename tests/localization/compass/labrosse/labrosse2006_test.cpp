@@ -106,8 +106,8 @@ TEST(Labrosse2006, AmplitudeAndMinimumAreThoseOfThePaper) {
 // Faster than the probes reach, once the turn is known.
 TEST(Labrosse2006, ExpectsTheTurnToGoOn) {
   const compass::Waves world(8, 360, CV_8UC1, 2);
-  const auto last_error = [&](ExpectedTurn expected) {
-    Labrosse2006 compass({.threshold = 1, .expected = expected});
+  const auto last_error = [&](Labrosse2006Variant variant) {
+    Labrosse2006 compass({.threshold = 1, .variant = variant});
     double error = 0;
     double heading = 0;
     for (int i = 0; i < 20; ++i) {
@@ -117,8 +117,8 @@ TEST(Labrosse2006, ExpectsTheTurnToGoOn) {
     }
     return error;
   };
-  EXPECT_LT(last_error(ExpectedTurn::kAsBefore), 0.5);
-  EXPECT_GT(last_error(ExpectedTurn::kNone), 5);
+  EXPECT_LT(last_error(Labrosse2006Variant::kProbes), 0.5);
+  EXPECT_GT(last_error(Labrosse2006Variant::kPublished), 5);
 }
 
 TEST(Labrosse2006, ChangesTheReferenceBelowTheThreshold) {
