@@ -23,7 +23,7 @@ papers=$root/samples/papers
 }
 echo "distances and metrics of images"
 "$bench" distances "$out/recordings/rotate-right" 20 8 >"$out/perfect.csv"
-"$bench" distances "$out/recordings/circle-1" 20 24 >"$out/general.csv"
+"$bench" distances "$out/recordings/circle-1" 20 12 >"$out/general.csv"
 "$bench" distances "$out/recordings/circle-1" 200 10 >"$out/followers.csv"
 "$bench" positions "$out/recordings/pen" 150 >"$out/positions.csv"
 "$bench" metrics "$out"/recordings/{rotate-right,straight-1,circle-1,circle-2,grass-1,car-park} >"$out/metrics.csv"
@@ -32,14 +32,29 @@ awk -F, -v OFS=, 'NR == 1 { next }
   { kind = substr($2, 1, 2) == "Fx" ? "Fx" : $2; value[$1, kind] = $5 }
   END { for (i = 1; i <= n; ++i) print names[i], value[names[i], "2004 smooth"], value[names[i], "Atm 0.6055"],
     value[names[i], "Fx"], value[names[i], "fft"] }' "$out/compass.csv" >"$out/largest.csv"
-gnuplot -e "folder = '$out'; last_perfect = 28; last_general = 44" "$papers/labrosse.gp"
+gnuplot -e "folder = '$out'; last_perfect = 28; last_general = 32" "$papers/labrosse.gp"
 
-# A CSV file as a table, below a caption.
+# A CSV file as a table, below a caption. Fields in quotes may contain commas.
 table() {
   echo "<table><caption>$2</caption>"
-  awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) { gsub("_", " ", $i); head = head "<th>" $i "</th>" } print "<tr>" head "</tr>"; next }
-    { line = ""; for (i = 1; i <= NF; ++i) line = line "<td>" ($i ~ /^-?[0-9]+\.[0-9]+$/ ? sprintf("%.4g", $i) : $i) "</td>"
-      print "<tr" ($2 == "paper" ? " class=paper" : "") ">" line "</tr>" }' "$1"
+  awk '
+    function cells(line, tag, row, field, quoted, i, c) {
+      row = field = ""
+      quoted = 0
+      for (i = 1; i <= length(line) + 1; ++i) {
+        c = i > length(line) ? "," : substr(line, i, 1)
+        if (c == "\"") quoted = !quoted
+        else if (c != "," || (quoted && i <= length(line))) field = field c
+        else {
+          if (tag == "th") gsub("_", " ", field)
+          if (field ~ /^-?[0-9]+\.[0-9]+$/) field = sprintf("%.4g", field)
+          row = row "<" tag ">" field "</" tag ">"
+          field = ""
+        }
+      }
+      return row
+    }
+    { print "<tr" ($0 ~ /^[^,]*,paper,/ ? " class=paper" : "") ">" cells($0, NR == 1 ? "th" : "td") "</tr>" }' "$1"
   echo "</table>"
 }
 

@@ -18,6 +18,7 @@ set xlabel 'column-wise shift of the first image (deg)'
 set xrange [-180:180]
 set xtics 45
 eval svg('fig-6-8', 860, 380)
+set key outside top center horizontal
 plot folder.'/perfect.csv' using 2:($1 == last_perfect && strcol(4) eq 'curve' ? $3 : 1/0) with lines ls 1 \
   title 'a turn on the spot (Fig. 6)', \
   folder.'/general.csv' using 2:($1 == last_general && strcol(4) eq 'curve' ? $3 : 1/0) with lines ls 2 \
@@ -30,7 +31,7 @@ set palette defined (0 '#000000', 1 '#0072B2', 2 '#E69F00')
 unset colorbox
 plot folder.'/followers.csv' using 2:(strcol(4) eq 'curve' ? $3 : 1/0):1 with lines lw 1.2 lc palette
 eval svg('fig-12', 860, 420)
-set key top left
+set key outside top center horizontal
 set xrange [-4:18]
 set xtics 2
 plot folder.'/followers.csv' using 2:(strcol(4) eq 'curve' ? $3 : 1/0):1 with linespoints pt 7 ps 0.2 lw 1 lc palette notitle, \
