@@ -28,7 +28,7 @@ struct Estimate {
   int blocks = 0;      ///< blocks compared (CeilingLocalizer)
   int hypotheses = 0;  ///< places where the robot may be, while its pose is unknown
   std::vector<WeightedPose> places;  ///< these places, weights sum to 1 (CeilingLocalizer)
-  std::int64_t keyframe_id = -1;  ///< against which the frame was measured (CeilingMapper)
+  std::int64_t keyframe_id = -1;     ///< against which the frame was measured (CeilingMapper)
 
   [[nodiscard]] bool HasPose() const { return graph::HasPose(status); }
 };
