@@ -15,3 +15,20 @@ prepare() {
   out=$(cd "$1" && pwd)
   ceilmap=$root/build/release/app/ceilmap
 }
+
+# The folder of a recording ($1), below the output folder: rendered from its scene in samples/scenes/papers or samples/scenes,
+# unless that was done before. A bundled recording is where it is.
+recording() {
+  local folder=$out/recordings/$1 scene=$root/samples/scenes/papers/$1.yaml
+  if [[ -d $root/samples/$1 ]]; then
+    echo "$root/samples/$1"
+    return
+  fi
+  [[ -f $scene ]] || scene=$root/samples/scenes/$1.yaml
+  # A recording has a copy of its scene, written last.
+  if ! cmp -s "$scene" "$folder/scene.yaml"; then
+    mkdir -p "$out/recordings"
+    "$ceilmap" simulate "$scene" -o "$folder" --force --quiet >&2
+  fi
+  echo "$folder"
+}

@@ -18,22 +18,6 @@ ring=(--ring 239.5,239.5,70,220 --row-spacing pixel)
 nearest=("${ring[@]}" --interpolation nearest)
 smooth=("${ring[@]}" --interpolation bilinear)
 
-# The folder of a recording ($1), which is rendered first unless it is there.
-recording() {
-  local folder=$out/recordings/$1 scene=$root/samples/scenes/papers/$1.yaml
-  if [[ -d $root/samples/$1 ]]; then
-    echo "$root/samples/$1"
-    return
-  fi
-  [[ -f $scene ]] || scene=$root/samples/scenes/$1.yaml
-  mkdir -p "$out/recordings"
-  if [[ ! -f $folder/rendered ]]; then
-    "$ceilmap" simulate "$scene" -o "$folder" --force --quiet >&2
-    touch "$folder/rendered"
-  fi
-  echo "$folder"
-}
-
 # Headings of a recording ($1) into $2.csv and figures about them into $2.json, beside others; the rest are options.
 measure() {
   local folder=$1 result=$2

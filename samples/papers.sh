@@ -17,15 +17,11 @@ papers=$root/samples/papers
 "$root/samples/colour-experiments.sh" "$out"
 
 # What Labrosse plots and leaves open: distances of images, other metrics and colour spaces.
-[[ -f $out/recordings/pen/rendered ]] || {
-  "$ceilmap" simulate "$root/samples/scenes/papers/pen.yaml" -o "$out/recordings/pen" --force --quiet
-  touch "$out/recordings/pen/rendered"
-}
 echo "distances and metrics of images"
 "$bench" distances "$out/recordings/rotate-right" 20 8 >"$out/perfect.csv"
 "$bench" distances "$out/recordings/circle-1" 20 12 >"$out/general.csv"
 "$bench" distances "$out/recordings/circle-1" 200 10 >"$out/followers.csv"
-"$bench" positions "$out/recordings/pen" 150 >"$out/positions.csv"
+"$bench" positions "$(recording pen)" 150 >"$out/positions.csv"
 "$bench" metrics "$out"/recordings/{rotate-right,straight-1,circle-1,circle-2,grass-1,car-park} >"$out/metrics.csv"
 awk -F, -v OFS=, 'NR == 1 { next }
   !($1 in seen) { seen[$1] = 1; names[++n] = $1 }

@@ -174,6 +174,7 @@ colour::ChannelGains MeasureWhiteBalance(const QueryOptions& params,
     throw InputError("--white-balance: reads the recording twice; give a file or a folder");
   }
   colour::WhiteBalance balance(model.classes);
+  colour::ScanLinesByTilt lines_by_tilt(frames.Camera(), line_params);
   cv::Mat samples;
   terminal::Progress progress("white balance", "frames", frames.Source().ExpectedFrames());
   while (frames.Read()) {
@@ -181,7 +182,7 @@ colour::ChannelGains MeasureWhiteBalance(const QueryOptions& params,
     const StampedPose* const pose =
         known.poses ? known.poses->Nearest(frames.Current().stamp_s) : nullptr;
     const Tilt tilt = pose != nullptr ? recordings::TiltOf(*pose) : Tilt{};
-    const colour::ScanLines lines(frames.Camera(), line_params, tilt);
+    const colour::ScanLines& lines = *lines_by_tilt.For(tilt);
     if (!lines.Usable()) continue;
     lines.Sample(frames.Current().image, samples);
     balance.Add(samples, lines);

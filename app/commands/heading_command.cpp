@@ -15,6 +15,7 @@
 #include "app/files/heading_csv.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/tum.hpp"
+#include "app/recordings/compass_frames.hpp"
 #include "app/recordings/panorama_source.hpp"
 #include "app/recordings/wheel_inputs.hpp"
 #include "app/reports/heading_report.hpp"
@@ -32,8 +33,6 @@ namespace ceilmap::commands {
 namespace {
 
 using std::chrono::steady_clock;
-
-constexpr double kMaxDtS = kMaxPoseDtS;  // between a heading and its true pose
 
 struct HeadingOptions {
   recordings::PanoramaOptions panorama;
@@ -137,14 +136,21 @@ struct PlottedProfile {
 void MeasureFrames(recordings::PanoramaSource& source,
                    compass::Compass& compass,
                    KnownTravel& travel,
-                   KnownTilts& tilts,
+                   const recordings::PosesByTime* tilts,
                    KnownTurns& turns,
                    const std::optional<std::int64_t>& plot_frame,
                    reports::HeadingResult& result,
                    PlottedProfile& plotted) {
   terminal::Progress progress("heading", "frames", source.Source().ExpectedFrames());
   recordings::PanoramaSource::TiltAt tilt_at;
-  if (!tilts.Empty()) tilt_at = [&tilts](double stamp_s) { return tilts.At(stamp_s); };
+  if (tilts != nullptr) {
+    tilt_at = [&](double stamp_s) -> std::optional<Tilt> {
+      const StampedPose* const pose = tilts->Nearest(stamp_s);
+      if (pose == nullptr) return std::nullopt;
+      ++result.levelled;
+      return recordings::TiltOf(*pose);
+    };
+  }
   while (source.Read(tilt_at)) {
     const recordings::Frame& frame = source.Raw();
     const auto start = steady_clock::now();
@@ -181,12 +187,12 @@ std::optional<evaluation::HeadingErrors> ErrorsAgainst(const std::vector<Stamped
     headings.push_back({heading.stamp_s, heading.estimate.heading_rad});
   }
   std::optional<evaluation::HeadingErrors> errors =
-      evaluation::CompareHeadings(headings, truth, kMaxDtS);
+      evaluation::CompareHeadings(headings, truth, kMaxPoseDtS);
   if (!errors) {
     throw InputError(fmt::format(
         "{}: no pose within {} s of a frame of {}; do --stamps and truth use the same clock?",
         params.truth.string(),
-        kMaxDtS,
+        kMaxPoseDtS,
         params.panorama.Source()));
   }
   return errors;
@@ -249,16 +255,24 @@ void RunHeading(const HeadingOptions& params,
   reports::HeadingResult result;
   PlottedProfile plotted;
   KnownTravel travel(params.travel, source.Position());
-  KnownTilts tilts(params.tilt);
+  std::optional<recordings::PosesByTime> tilts;
+  if (!params.tilt.empty()) tilts.emplace(params.tilt);
   KnownTurns turns(params, source);
-  MeasureFrames(source, *compass, travel, tilts, turns, params.plot_frame, result, plotted);
+  MeasureFrames(source,
+                *compass,
+                travel,
+                tilts ? &*tilts : nullptr,
+                turns,
+                params.plot_frame,
+                result,
+                plotted);
   constexpr std::int64_t kMinFrames = 3;  // for the travel to the last one
   if (!params.travel.empty() && travel.Reported() == 0 && result.frames >= kMinFrames) {
     throw InputError(fmt::format("{}: no poses at the times of {}; do the two use the same clock?",
                                  params.travel.string(),
                                  params.panorama.Source()));
   }
-  if (!tilts.Empty() && tilts.Used() == 0) {
+  if (tilts && result.levelled == 0) {
     throw InputError(fmt::format("{}: no poses at the times of {}; do the two use the same clock?",
                                  params.tilt.string(),
                                  params.panorama.Source()));

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "calib/base/stamped_pose.hpp"
-#include "calib/base/tilt.hpp"
 #include "localization/compass/travel_forecast.hpp"
 
 namespace ceilmap::commands {
@@ -35,23 +34,6 @@ class KnownTravel {
   compass::TravelForecast forecast_;
   std::optional<double> last_s_;
   std::int64_t reported_ = 0;
-};
-
-/// Tilts of the robot, from a file of poses.
-class KnownTilts {
- public:
-  /// @param file  TUM; empty: nothing is known.
-  explicit KnownTilts(const std::filesystem::path& file);
-
-  /// That of the pose that is nearest in time, within kMaxPoseDtS.
-  std::optional<Tilt> At(double stamp_s);
-  [[nodiscard]] bool Empty() const { return poses_.empty(); }
-  /// Number of frames with a known tilt.
-  [[nodiscard]] std::int64_t Used() const { return used_; }
-
- private:
-  std::vector<StampedPose> poses_;
-  std::int64_t used_ = 0;
 };
 
 }  // namespace ceilmap::commands

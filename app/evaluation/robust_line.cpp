@@ -1,9 +1,11 @@
 #include "app/evaluation/robust_line.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
+
+#include "calib/base/statistics.hpp"
 
 namespace ceilmap::evaluation {
 namespace {
@@ -39,9 +41,7 @@ std::optional<Line> WeightedLine(std::span<const double> x,
 
 double MedianMagnitude(std::vector<double> values) {
   for (double& value : values) value = std::abs(value);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return Median(std::move(values));
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ struct HeadingResult {
   std::int64_t frames = 0;                          ///< frames of the recording
   std::int64_t references = 0;
   std::int64_t held = 0;          ///< headings that the panorama did not determine
+  std::int64_t levelled = 0;      ///< panoramas whose tilt was known
   std::int64_t contradicted = 0;  ///< panoramas that contradict the known turn
   wheels::WheelsReport wheels;    ///< and gyro
   cv::Size panorama;

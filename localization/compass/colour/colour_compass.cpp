@@ -102,14 +102,14 @@ struct ColourCompass::Impl {
         strip(forward),
         reader(model.classes,
                model.kind == ModelKind::kSturm ? 0 : params.exposure_sigma,
-               kExposureDrift) {
+               kExposureDrift),
+        lines(forward, params.lines) {
     turn_scale = 1 / (1 + std::max(0.0, params.camera_ahead_of_axle_m) / model.depth_m);
     SetPlaces();
   }
 
   static void Check(const ColourModel& model);
   void SetPlaces();
-  const ScanLines& LinesFor(const Tilt& wanted);
   void Predict(const ColourFrame& frame);
   void Compare(int cell);
   /// @param evidence  Log-likelihood ratio of the frame under the estimated distribution and under
@@ -140,8 +140,7 @@ struct ColourCompass::Impl {
   ColourCounts counts;
   std::vector<Place> places;
   std::optional<YawBelief> belief;
-  std::optional<ScanLines> lines;
-  Tilt tilt;
+  ScanLinesByTilt lines;
   std::optional<double> last_s;
   std::optional<double> used_s;  // of the frame that the reader has read; unset: it was skipped
 
@@ -166,15 +165,6 @@ void ColourCompass::Impl::SetPlaces() {
   places = PlacesAround(model, one ? 0 : kReach, kSpacing);
   belief.emplace(static_cast<int>(places.size()));
   fits.resize(model.cells.size());
-}
-
-const ScanLines& ColourCompass::Impl::LinesFor(const Tilt& wanted) {
-  const bool same = wanted.pitch_rad == tilt.pitch_rad && wanted.roll_rad == tilt.roll_rad;
-  if (!lines || !same) {
-    lines.emplace(forward, params.lines, wanted);
-    tilt = wanted;
-  }
-  return *lines;
 }
 
 void ColourCompass::Impl::Predict(const ColourFrame& frame) {
@@ -337,7 +327,7 @@ std::optional<ColourHeading> ColourCompass::Next(const ColourFrame& frame) {
   if (!std::isfinite(frame.stamp_s) || (me.last_s && frame.stamp_s <= *me.last_s)) {
     throw InputError(fmt::format("stamp {} is not later than the one before", frame.stamp_s));
   }
-  const ScanLines& lines = me.LinesFor(frame.tilt);
+  const ScanLines& lines = *me.lines.For(frame.tilt);
   me.used_s.reset();
   if (!lines.Usable()) {
     ++me.counts.below_horizon;
@@ -376,7 +366,7 @@ void ColourCompass::Learn(const LearnedPose& pose) {
   if (!me.used_s) return;
   const int cells = static_cast<int>(std::count_if(
       me.model.cells.begin(), me.model.cells.end(), [](const Cell& c) { return c.empty(); }));
-  Observe(me.reader.Best().features, me.lines->Azimuths(), *me.used_s, pose, me.model);
+  Observe(me.reader.Best().features, me.lines.Latest().Azimuths(), *me.used_s, pose, me.model);
   const bool one = me.model.kind == ModelKind::kSturm;
   me.matcher.Update(me.model, one ? 0 : me.model.grid.CellOf(pose.T_map_base.Translation()));
   const int left = static_cast<int>(std::count_if(

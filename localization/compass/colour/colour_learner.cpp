@@ -146,7 +146,7 @@ void LearnParams::Validate() const {
 
 struct ColourLearner::Impl {
   Impl(calib::MountedCamera camera, const LearnParams& wanted)
-      : forward(std::move(camera)), params(wanted), strip(forward) {
+      : forward(std::move(camera)), params(wanted), strip(forward), lines(forward, params.lines) {
     params.Validate();
   }
 
@@ -156,21 +156,9 @@ struct ColourLearner::Impl {
   DepthMeter depth;
   LearnCounts counts;
   std::vector<Kept> frames;
-  std::shared_ptr<const ScanLines> lines;  // for the tilt below
-  Tilt tilt;
+  ScanLinesByTilt lines;
   std::optional<double> last_yaw;
-
-  const std::shared_ptr<const ScanLines>& LinesFor(const Tilt& wanted);
 };
-
-const std::shared_ptr<const ScanLines>& ColourLearner::Impl::LinesFor(const Tilt& wanted) {
-  const bool same = wanted.pitch_rad == tilt.pitch_rad && wanted.roll_rad == tilt.roll_rad;
-  if (!lines || !same) {
-    lines = std::make_shared<const ScanLines>(forward, params.lines, wanted);
-    tilt = wanted;
-  }
-  return lines;
-}
 
 ColourLearner::ColourLearner(const calib::MountedCamera& forward, const LearnParams& params)
     : impl_(std::make_unique<Impl>(forward, params)) {}
@@ -180,7 +168,7 @@ ColourLearner& ColourLearner::operator=(ColourLearner&&) noexcept = default;
 
 bool ColourLearner::Add(const cv::Mat& bgr, double stamp_s, const LearnedPose& pose) {
   Impl& me = *impl_;
-  Kept frame{{}, stamp_s, pose, me.LinesFor(pose.tilt)};
+  Kept frame{{}, stamp_s, pose, me.lines.For(pose.tilt)};
   if (!frame.lines->Usable()) {
     ++me.counts.below_horizon;
     me.strip.Reset();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
@@ -162,6 +163,18 @@ void ScanLines::Sample(const cv::Mat& bgr, cv::Mat& samples) const {
                     size_.height));
   }
   table_.Apply(bgr, samples);
+}
+
+ScanLinesByTilt::ScanLinesByTilt(calib::MountedCamera forward, const ScanLineParams& params)
+    : forward_(std::move(forward)), params_(params) {}
+
+const std::shared_ptr<const ScanLines>& ScanLinesByTilt::For(const Tilt& tilt) {
+  const bool same = tilt.pitch_rad == tilt_.pitch_rad && tilt.roll_rad == tilt_.roll_rad;
+  if (!lines_ || !same) {
+    lines_ = std::make_shared<const ScanLines>(forward_, params_, tilt);
+    tilt_ = tilt;
+  }
+  return lines_;
 }
 
 }  // namespace ceilmap::colour

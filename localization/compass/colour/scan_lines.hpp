@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -52,6 +53,24 @@ class ScanLines {
   std::vector<double> azimuths_;
   std::vector<int> lengths_;
   calib::RemapTable table_;
+};
+
+/// Scan lines of the tilt asked for last: they are made anew only when it changes.
+class ScanLinesByTilt {
+ public:
+  /// As ScanLines.
+  ScanLinesByTilt(calib::MountedCamera forward, const ScanLineParams& params);
+
+  /// @return copy it to keep the lines beyond the next call. @throws as ScanLines.
+  const std::shared_ptr<const ScanLines>& For(const Tilt& tilt);
+  /// Those of the last For, which must have been called.
+  [[nodiscard]] const ScanLines& Latest() const { return *lines_; }
+
+ private:
+  calib::MountedCamera forward_;
+  ScanLineParams params_;
+  Tilt tilt_;
+  std::shared_ptr<const ScanLines> lines_;
 };
 
 }  // namespace ceilmap::colour

@@ -110,9 +110,9 @@ struct Victoria2013Compass::Impl {
         limits(LimitsFor(model.bins)),
         classes(model.classes),
         strip(forward),
-        newest_s(NewestStamp(model)) {}
+        newest_s(NewestStamp(model)),
+        lines(forward, params.lines) {}
 
-  const ScanLines& LinesFor(const Tilt& wanted);
   /// Moves the previous heading by the turn since then.
   void TurnPrevious(const cv::Mat& bgr);
   [[nodiscard]] double WidthRad() const { return 2 * pi / model.bins; }
@@ -131,8 +131,7 @@ struct Victoria2013Compass::Impl {
   StripTurn strip;
   double newest_s;
   ColourCounts counts;
-  std::optional<ScanLines> lines;
-  Tilt tilt;
+  ScanLinesByTilt lines;
   std::optional<double> last_s;
   std::optional<double> used_s;  // of the frame whose features are held; unset: it was skipped
   std::optional<double> previous_rad;
@@ -140,15 +139,6 @@ struct Victoria2013Compass::Impl {
   LineFeatures features;
   std::vector<CellOrientation> orientations;
 };
-
-const ScanLines& Victoria2013Compass::Impl::LinesFor(const Tilt& wanted) {
-  const bool same = wanted.pitch_rad == tilt.pitch_rad && wanted.roll_rad == tilt.roll_rad;
-  if (!lines || !same) {
-    lines.emplace(forward, params.lines, wanted);
-    tilt = wanted;
-  }
-  return *lines;
-}
 
 void Victoria2013Compass::Impl::TurnPrevious(const cv::Mat& bgr) {
   if (previous != PreviousHeading::kTurned) return;
@@ -179,7 +169,7 @@ Eigen::MatrixXd Victoria2013Compass::Impl::DifferencesIn(const Cell& cell) const
 CellScores Victoria2013Compass::Impl::ScoresOf(const AskedCell& asked, bool placed) const {
   const Cell& cell = model.cells[static_cast<std::size_t>(asked.cell)];
   const Eigen::MatrixXd differences = DifferencesIn(cell);
-  const std::vector<double>& azimuths = lines->Azimuths();
+  const std::vector<double>& azimuths = lines.Latest().Azimuths();
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(model.bins);
   CellScores scores{none, none};
   for (int h = 0; h < model.bins; ++h) {
@@ -246,7 +236,7 @@ std::optional<ColourHeading> Victoria2013Compass::Next(const ColourFrame& frame)
   if (!std::isfinite(frame.stamp_s) || (me.last_s && frame.stamp_s <= *me.last_s)) {
     throw InputError(fmt::format("stamp {} is not later than the one before", frame.stamp_s));
   }
-  const ScanLines& lines = me.LinesFor(frame.tilt);
+  const ScanLines& lines = *me.lines.For(frame.tilt);
   me.orientations.clear();
   me.used_s.reset();
   if (!lines.Usable()) {
@@ -272,7 +262,7 @@ std::optional<ColourHeading> Victoria2013Compass::Next(const ColourFrame& frame)
 void Victoria2013Compass::Learn(const LearnedPose& pose) {
   Impl& me = *impl_;
   if (!me.used_s) return;
-  Replace(me.features, me.lines->Azimuths(), *me.used_s, pose, me.model);
+  Replace(me.features, me.lines.Latest().Azimuths(), *me.used_s, pose, me.model);
   me.newest_s = std::max(me.newest_s, *me.used_s);
 }
 
