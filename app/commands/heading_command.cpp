@@ -353,7 +353,7 @@ Command AddHeadingCommand(CLI::App& program) {
       ->group(result);
   add("--plot-frame",
       params->plot_frame,
-      "Frame of which the distances over all shifts are plotted [the last]",
+      "Frame of which the panorama and the distances over all shifts are shown [the last]",
       "N")
       ->group(result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
