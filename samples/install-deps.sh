@@ -11,7 +11,7 @@ packages=(
   cmake ninja-build g++ pkg-config
   libopencv-dev libfftw3-dev libeigen3-dev libceres-dev libgdal-dev libsqlite3-dev gdal-bin libyaml-cpp-dev
   nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libhnswlib-dev
-  libavformat-dev libavcodec-dev libswscale-dev libcpp-httplib-dev libjs-leaflet libjs-dygraphs
+  libavformat-dev libavcodec-dev libswscale-dev libcpp-httplib-dev libzstd-dev liblz4-dev libbz2-dev libdeflate-dev libjs-leaflet libjs-dygraphs
   libgtest-dev libgmock-dev libbenchmark-dev
 )
 case "${1:-}" in
