@@ -31,9 +31,9 @@ rows=(
   "app/evaluation: calib/base"
   "app/page: mapping/store mapping/graph"
   "app/terminal: calib/base"
-  "app/files: app/evaluation localization/robot localization localization/compass localization/compass/colour mapping/graph calib/wheels calib/base"
   "app/bags: calib/base"
-  "app/recordings: app/files app/terminal samples/simulator localization/robot compensation localization localization/compass
+  "app/files: app/bags app/evaluation localization/robot localization localization/compass localization/compass/colour mapping/graph calib/wheels calib/base"
+  "app/recordings: app/bags app/files app/terminal samples/simulator localization/robot compensation localization localization/compass
     localization/compass/labrosse localization/compass/colour mapping mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app/figures: app/recordings app/files app/terminal app/evaluation localization/compass calib/base"
   "app/reports: app/figures app/recordings app/files app/terminal app/page app/evaluation localization/robot localization
