@@ -316,7 +316,8 @@ void McapWriter::WriteSummary() {
   Append(end);
 }
 
-void McapWriter::Commit() {
+void McapWriter::Close() {
+  if (!stream_.is_open()) return;
   CloseChunk();
   Bytes content;
   Put(crc_, content);
@@ -329,6 +330,10 @@ void McapWriter::Commit() {
     throw RunError(
         fmt::format("{}: cannot be written; is the disk full?", file_.Target().string()));
   }
+}
+
+void McapWriter::Commit() {
+  Close();
   file_.Commit();
 }
 

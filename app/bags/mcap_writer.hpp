@@ -63,6 +63,8 @@ class McapWriter {
   void Write(ChannelId channel, std::int64_t log_time_ns, std::span<const std::uint8_t> message);
   [[nodiscard]] std::uint64_t Messages() const { return messages_; }
 
+  /// Completes the content, without making the file appear.
+  void Close();
   void Commit();
 
  private:

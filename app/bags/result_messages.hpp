@@ -2,13 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/bags/messages.hpp"
 
-/// The ROS messages that ceilmap writes as results (messages.hpp: those that it reads too).
+/// The ROS messages that ceilmap writes as results (messages.hpp: those of sensors).
 namespace ceilmap::bags {
 
 /// geometry_msgs/msg/PoseWithCovarianceStamped.
@@ -52,5 +53,9 @@ struct DiagnosticsMessage {
   Header header;
   std::vector<Status> status;
 };
+
+/// Decoders. @param data  as RawMessage::data. @throws MessageError as those of messages.hpp.
+PoseMessage DecodePose(std::span<const std::uint8_t> data, MessageEncoding encoding);
+DiagnosticsMessage DecodeDiagnostics(std::span<const std::uint8_t> data, MessageEncoding encoding);
 
 }  // namespace ceilmap::bags

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/map_bag.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/tum.hpp"
+#include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
 #include "mapping/graph/g2o.hpp"
 #include "mapping/mosaic/floor_heights.hpp"
@@ -59,6 +61,16 @@ std::string TrajectoryText(const store::MapReader& map) {
   return files::FormatTum(poses);
 }
 
+void WriteBag(const store::MapReader& map, const fs::path& output, terminal::Summary& summary) {
+  const store::MosaicGrid grid = ExportMapBag(map, output);
+  summary.quality["grid_width"] = grid.width_px;
+  summary.quality["grid_height"] = grid.height_px;
+  if (grid.resolution == map.Grid().resolution) return;
+  terminal::Note("/map has cells of {:.4g} m, because the mosaic's pixels of {:.4g} m are too many",
+                 grid.resolution,
+                 map.Grid().resolution);
+}
+
 std::vector<fs::path> OutputFiles(const ExportOptions& params) {
   if (params.format != "ros") return {params.output};
   fs::path yaml = params.output;
@@ -87,12 +99,14 @@ void RunExport(const ExportOptions& params,
     files::WriteFileAtomically(params.output, graph::FormatG2o(map.ReadGraph()));
   } else if (params.format == "tum") {
     files::WriteFileAtomically(params.output, TrajectoryText(map));
+  } else if (params.format == "mcap") {
+    WriteBag(map, params.output, summary);
   } else {
     store::ExportRos(map, params.output);
   }
   summary.files = files;
-  summary.quality = {{"map_width_px", map.Grid().width_px},
-                     {"map_height_px", map.Grid().height_px}};
+  summary.quality["map_width_px"] = map.Grid().width_px;
+  summary.quality["map_height_px"] = map.Grid().height_px;
   if (common.quiet) return;
   for (const fs::path& file : files) fmt::print("written {}\n", file.string());
 }
@@ -100,20 +114,23 @@ void RunExport(const ExportOptions& params,
 }  // namespace
 
 Command AddExportCommand(CLI::App& program) {
-  Command command = MakeCommand(program,
-                                "export",
-                                "Converts a map for other programs: its mosaic for ROS map_server "
-                                "and Nav2, GIS or people, the heights of its ceiling as a "
-                                "GeoTIFF, its pose graph as g2o text, its trajectory as TUM "
-                                "lines.",
-                                "ceilmap export lab.gpkg --format ros -o lab.yaml\n"
-                                "  ceilmap export plant.gpkg --format heights -o plant.tif");
+  Command command =
+      MakeCommand(program,
+                  "export",
+                  "Converts a map for other programs: its mosaic for ROS map_server "
+                  "and Nav2, GIS or people, the heights of its ceiling as a "
+                  "GeoTIFF, its pose graph as g2o text, its trajectory as TUM "
+                  "lines, its mosaic, keyframes and trajectory for ROS 2 and Foxglove "
+                  "as an MCAP bag.",
+                  "ceilmap export lab.gpkg --format ros -o lab.yaml\n"
+                  "  ceilmap export lab.gpkg --format mcap -o lab.mcap\n"
+                  "  ceilmap export plant.gpkg --format heights -o plant.tif");
   auto params = std::make_shared<ExportOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   cli.add_option("--format", params->format, "Format of the result")
       ->required()
-      ->check(CLI::IsMember({"ros", "geotiff", "heights", "png", "g2o", "tum"}));
+      ->check(CLI::IsMember({"ros", "geotiff", "heights", "png", "g2o", "tum", "mcap"}));
   cli.add_option("-o,--output", params->output, "Output file; with ros PATH.yaml and PATH.png")
       ->required()
       ->type_name("PATH");

@@ -12,6 +12,7 @@
 #include "app/files/hypotheses_csv.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/status_csv.hpp"
+#include "app/files/trajectory_file.hpp"
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/bitrate.hpp"
@@ -114,14 +115,11 @@ class Results {
  public:
   Results(const LocalizeOptions& params, const calib::LevelView& level)
       : level_(level),
-        trajectory_(params.output),
-        uncompensated_(params.sensors.uncompensated),
+        trajectory_(params.output, params.predicted),
+        uncompensated_(params.sensors.uncompensated, params.predicted),
         status_(params.status),
         hypotheses_(params.hypotheses),
-        stream_(params.stream),
-        predicted_(params.predicted) {
-    for (files::GrowingFile* file : {&trajectory_, &uncompensated_})
-      file->Append(files::TumHeader());
+        stream_(params.stream) {
     status_.Append(files::StatusHeader());
     hypotheses_.Append(files::HypothesesHeader());
   }
@@ -129,16 +127,15 @@ class Results {
   void Add(const robot::Estimate& estimate) {
     status_.Append(files::FormatStatusLine(estimate));
     hypotheses_.Append(files::FormatHypotheses(estimate));
-    const bool predicted = predicted_ && estimate.status == robot::TrackingStatus::kPredicted;
-    if (!estimate.HasPose() && !predicted) return;
-    const Pose2& T_map_base = estimate.pose.pose;
-    const std::string line =
-        files::FormatTumLine(ToStampedPose(estimate.stamp_s, T_map_base, estimate.tilt));
-    trajectory_.Append(line);
-    uncompensated_.Append(files::FormatTumLine(
-        ToStampedPose(estimate.stamp_s, level_.Uncompensated(T_map_base, estimate.tilt))));
-    if (!stream_) return;
-    fmt::print("{}", line);
+    const bool placed = trajectory_.Add(estimate);
+    graph::FramePose frame = robot::ToFramePose(estimate);
+    if (placed) frame.T_map_base = level_.Uncompensated(frame.T_map_base, frame.tilt);
+    frame.tilt = {};
+    uncompensated_.Add(frame);
+    if (!stream_ || !placed) return;
+    fmt::print(
+        "{}",
+        files::FormatTumLine(ToStampedPose(estimate.stamp_s, estimate.pose.pose, estimate.tilt)));
     std::fflush(stdout);
   }
 
@@ -147,9 +144,9 @@ class Results {
     hypotheses_.Commit();
   }
   void Commit(const LocalizeOptions& params, terminal::Summary& summary) {
-    for (files::GrowingFile* file : {&trajectory_, &uncompensated_, &status_, &hypotheses_}) {
-      file->Commit();
-    }
+    trajectory_.Commit();
+    uncompensated_.Commit();
+    CommitStatus();
     for (const fs::path& file :
          {params.output, params.sensors.uncompensated, params.status, params.hypotheses}) {
       if (!file.empty()) summary.files.push_back(file);
@@ -158,12 +155,11 @@ class Results {
 
  private:
   calib::LevelView level_;
-  files::GrowingFile trajectory_;
-  files::GrowingFile uncompensated_;
+  files::TrajectoryFile trajectory_;
+  files::TrajectoryFile uncompensated_;
   files::GrowingFile status_;
   files::GrowingFile hypotheses_;
   bool stream_;
-  bool predicted_;  // such poses are written too
 };
 
 // Sums over the frames.
@@ -389,7 +385,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       ->check(CLI::IsMember({"first", "map"}))
       ->capture_default_str()
       ->group(prior);
-  add("-o,--output", params->output, "Poses of all frames found", "T.tum")
+  add("-o,--output", params->output, "Poses of all frames found; T.mcap: a bag", "T.tum")
       ->required()
       ->group(result);
   add("--status", params->status, "Pose, status and accuracy of every frame", "S.csv")

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <numbers>
@@ -9,12 +8,12 @@
 #include <utility>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/map_trajectories.hpp"
 #include "app/commands/rig_options.hpp"
 #include "app/commands/sensor_options.hpp"
 #include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/output_files.hpp"
-#include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/bitrate.hpp"
 #include "app/recordings/frame_source.hpp"
@@ -26,7 +25,6 @@
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
-#include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
 #include "localization/robot/ceiling_mapper.hpp"
@@ -90,6 +88,13 @@ void MapOptions::Resolve(files::Existing existing) {
       existing,
       append ? output : fs::path());
   watch.Check(existing);
+  for (const fs::path& file : {trajectory, sensors.uncompensated}) {
+    if (rig.IsGiven() || !files::IsBagName(file)) continue;
+    throw InputError(
+        fmt::format("{}: poses are in pixels without a rig, and those of a bag in metres; give "
+                    "--rig, or a name that ends in .tum",
+                    file.string()));
+  }
 }
 
 std::string UtcNow() {
@@ -134,12 +139,14 @@ void ReportAssumptions(const RigOptions& rig, recordings::StampOrigin stamps) {
 void MapFrames(recordings::FrameSource& source,
                recordings::SensorInputs& sensors,
                robot::CeilingMapper& mapper,
+               MapTrajectories& trajectories,
                live::RunWatch& watch,
                reports::MapResult& result) {
   terminal::Progress progress("mapping", "frames", source.ExpectedFrames());
   sensors.AddHeadings(mapper);
   std::int64_t done = 0;
   const auto report = [&](const robot::Estimate& estimate) {
+    trajectories.Note(estimate);
     watch.AddMapped(robot::ToFramePose(estimate), mapper.Rectified(), source.ExpectedFrames());
     progress.Update(++done);
     reports::PrintDetail(estimate);
@@ -176,59 +183,16 @@ mapping::MappingResult DrawMap(const MapOptions& params, robot::CeilingMapper& m
   }
 }
 
-std::string TrajectoryText(const std::vector<graph::FramePose>& frames) {
-  std::vector<StampedPose> poses;
-  poses.reserve(frames.size());
-  for (const graph::FramePose& frame : frames) {
-    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
-  }
-  return files::FormatTum(poses);
-}
-
-// Without a rig there is no tilt: both trajectories are the same.
-std::string UncompensatedText(const std::vector<graph::FramePose>& frames,
-                              const calib::CeilingView& view) {
-  if (!(view.FocalLength() > 0)) return TrajectoryText(frames);
-  const calib::LevelView level(view);
-  std::vector<StampedPose> poses;
-  poses.reserve(frames.size());
-  for (const graph::FramePose& frame : frames) {
-    poses.push_back(
-        ToStampedPose(frame.stamp_s, level.Uncompensated(frame.T_map_base, frame.tilt)));
-  }
-  return files::FormatTum(poses);
-}
-
-// In order of time. @param predicted  with those that only wheels place.
-std::vector<graph::FramePose> FramesOf(const mapping::MappingResult& map, bool predicted) {
-  std::vector<graph::FramePose> frames = map.frames;
-  if (!predicted) return frames;
-  const auto middle = frames.insert(frames.end(), map.predicted.begin(), map.predicted.end());
-  std::inplace_merge(frames.begin(), middle, frames.end(), [](const auto& a, const auto& b) {
-    return a.frame_index < b.frame_index;
-  });
-  return frames;
-}
-
 // The map and the trajectories are written together, or none of them.
-void CommitFiles(const std::vector<graph::FramePose>& frames,
+void CommitFiles(const MapOptions& params,
+                 const mapping::MappingResult& map,
+                 MapTrajectories& trajectories,
                  robot::CeilingMapper& mapper,
-                 const MapOptions& params,
                  terminal::Summary& summary) {
-  std::vector<std::unique_ptr<AtomicFile>> trajectories;
-  const auto write = [&trajectories](const fs::path& file, const std::string& text) {
-    if (file.empty()) return;
-    trajectories.push_back(std::make_unique<AtomicFile>(file));
-    files::WriteText(*trajectories.back(), text);
-  };
-  write(params.trajectory, TrajectoryText(frames));
-  write(params.sensors.uncompensated, UncompensatedText(frames, mapper.View()));
+  trajectories.Write(map, mapper.View());
   mapper.Commit();
   summary.files.push_back(params.output);
-  for (const auto& trajectory : trajectories) {
-    trajectory->Commit();
-    summary.files.push_back(trajectory->Target());
-  }
+  trajectories.Commit(summary);
   if (!params.picture.empty()) {
     store::ExportPng(store::MapReader(params.output), params.picture);
     summary.files.push_back(params.picture);
@@ -271,8 +235,9 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   page.unit = unit;
   live::RunWatch watch(params.watch, params.up, std::move(page), mapper.View());
   if (rig && !params.rig.IsNominal()) recordings::PrintRigWarnings(*rig);
+  MapTrajectories trajectories(params.trajectory, params.sensors.uncompensated, params.predicted);
   reports::MapResult result;
-  MapFrames(source, sensors, mapper, watch, result);
+  MapFrames(source, sensors, mapper, trajectories, watch, result);
   result.sensors = {&sensors, mapper.Sensed()};
   result.reading = source.Report();
   result.stamps = source.Stamps();
@@ -283,7 +248,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   }
   if (terminal::Interrupted()) ReportInterrupted(mapper);
   result.map = DrawMap(params, mapper);
-  CommitFiles(FramesOf(result.map, params.predicted), mapper, params, summary);
+  CommitFiles(params, result.map, trajectories, mapper, summary);
   if (rig) params.sensors.wheels.WriteRig(*rig, result.sensors.report.wheels, summary);
   ReportAssumptions(params.rig, source.Stamps());
   reports::ReportScalings(scaling, sensors);
@@ -297,7 +262,7 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   reports::ReportCoverage(result, params.up, summary);
   if (!common.quiet) reports::PrintFacts(facts, summary);
   if (!watch.Wanted()) return;
-  watch.Replace(FramesOf(result.map, true));
+  watch.Replace(PlacedFrames(result.map));
   watch.End(store::MapReader(params.output), facts, common.quiet, summary);
 }
 
@@ -332,7 +297,8 @@ Command AddMapCommand(CLI::App& program) {
   add("--resolution", params->resolution, "Metres per map pixel [that of the camera]", "M")
       ->group(result);
   add("-o,--output", params->output, "The map", "MAP.gpkg")->required()->group(result);
-  add("--trajectory", params->trajectory, "Poses of all frames found", "T.tum")->group(result);
+  add("--trajectory", params->trajectory, "Poses of all frames found; T.mcap: a bag", "T.tum")
+      ->group(result);
   params->sensors.AddTo(cli, input, input, result);
   cli.add_flag("--predicted",
                params->predicted,

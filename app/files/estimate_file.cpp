@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "app/bags/bag_reader.hpp"
+#include "app/files/bag_estimate.hpp"
 #include "app/files/csv.hpp"
 #include "app/files/tum.hpp"
 #include "calib/base/degrees.hpp"
@@ -67,6 +69,8 @@ Estimate ReadEstimate(const std::filesystem::path& file) {
   Estimate estimate;
   if (file.extension() == ".csv") {
     estimate = ReadCsvEstimate(file);
+  } else if (bags::BagReader::IsBag(file)) {
+    estimate = ReadBagEstimate(file);
   } else {
     estimate.poses = ReadTum(file);
   }

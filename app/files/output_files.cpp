@@ -77,10 +77,15 @@ void GrowingFile::Append(std::string_view text) {
   RequireWritten(stream_, file_->Target());
 }
 
-void GrowingFile::Commit() {
-  if (!file_) return;
+void GrowingFile::Close() {
+  if (!file_ || !stream_.is_open()) return;
   stream_.close();
   RequireWritten(stream_, file_->Target());
+}
+
+void GrowingFile::Commit() {
+  if (!file_) return;
+  Close();
   file_->Commit();
 }
 

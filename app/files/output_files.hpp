@@ -39,6 +39,8 @@ class GrowingFile {
 
   /// @throws RunError when the disk cannot be written.
   void Append(std::string_view text);
+  /// Completes the content without making it visible. @throws as Append.
+  void Close();
   /// @throws RunError when any of the text could not be written.
   void Commit();
 

@@ -11,19 +11,6 @@
 namespace ceilmap::files {
 namespace {
 
-// Status names of other programs are reduced to whether the frame has a pose.
-graph::TrackingStatus StatusOf(const std::string& word, bool placed) {
-  using Status = graph::TrackingStatus;
-  for (const Status status : {Status::kTracking,
-                              Status::kRelocalized,
-                              Status::kPredicted,
-                              Status::kAmbiguous,
-                              Status::kLost}) {
-    if (word == graph::ToString(status)) return status;
-  }
-  return placed ? Status::kTracking : Status::kLost;
-}
-
 // Columns of a status file that are read.
 class StatusColumns {
  public:
@@ -74,6 +61,18 @@ class StatusColumns {
 
 }  // namespace
 
+graph::TrackingStatus StatusNamed(const std::string& word, bool placed) {
+  using Status = graph::TrackingStatus;
+  for (const Status status : {Status::kTracking,
+                              Status::kRelocalized,
+                              Status::kPredicted,
+                              Status::kAmbiguous,
+                              Status::kLost}) {
+    if (word == graph::ToString(status)) return status;
+  }
+  return placed ? Status::kTracking : Status::kLost;
+}
+
 std::string_view StatusHeader() {
   return "timestamp,status,x,y,yaw_deg,pitch_deg,roll_deg,sigma_x,sigma_y,sigma_yaw_deg,peak,"
          "inliers\n";
@@ -120,7 +119,7 @@ StatusRecord StatusIn(const CsvTable& table) {
     }
     last_s = stamp_s;
     ++record.frames[columns.Status(row)];
-    const graph::TrackingStatus status = StatusOf(columns.Status(row), columns.HasPose(row));
+    const graph::TrackingStatus status = StatusNamed(columns.Status(row), columns.HasPose(row));
     const bool placed = columns.HasPose(row) && status != graph::TrackingStatus::kPredicted;
     (placed ? record.placed : record.unplaced).push_back({stamp_s, status});
     if (!placed) continue;

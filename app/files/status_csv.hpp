@@ -27,6 +27,9 @@ struct FrameStatus {
   graph::TrackingStatus status = graph::TrackingStatus::kTracking;
 };
 
+/// The status of a name. Names of other programs are reduced to whether the frame has a pose.
+graph::TrackingStatus StatusNamed(const std::string& word, bool placed);
+
 /// Content of a status file, for comparisons.
 struct StatusRecord {
   std::vector<StampedPose> poses;  ///< of the frames that have one, at height 0

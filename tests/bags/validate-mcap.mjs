@@ -1,5 +1,8 @@
 // Validates an MCAP file by the readers of its authors. Called by validate-mcap.sh.
 //   node validate-mcap.mjs messages BAG.mcap               the bag of tests/app/bags/write_bag.cpp
+//   node validate-mcap.mjs trajectory T.mcap T.tum S.csv   of one localization
+//   node validate-mcap.mjs mapped T.mcap T.tum             of one recording that was mapped
+//   node validate-mcap.mjs map MAP.mcap MAP.tum GRID.pgm   exports of one map; the picture is that of --format png
 import assert from "node:assert/strict";
 import fs from "node:fs";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
@@ -198,7 +201,112 @@ function Plain(value) {
   return plain;
 }
 
+const Near = (a, b, tolerance, what) => assert.ok(Math.abs(a - b) <= tolerance, `${what}: ${a} and ${b}`);
+const SecondsOf = (stamp) => stamp.sec + 1e-9 * stamp.nanosec;
+const On = (messages, topic) => messages.filter((message) => message.topic === topic).map(({ value }) => Plain(value));
+
+const ReadTable = (path, separator) =>
+  fs.readFileSync(path, "utf8").split("\n").filter((line) => line !== "" && !line.startsWith("#"))
+    .map((line) => line.split(separator));
+
+// /pose and /tf have the poses of the TUM file, and no others.
+function CheckPoses(messages, tum) {
+  const lines = ReadTable(tum, " ").map((line) => line.map(Number));
+  const poses = On(messages, "/pose");
+  const transforms = On(messages, "/tf");
+  assert.equal(poses.length, lines.length);
+  assert.equal(transforms.length, lines.length);
+  lines.forEach(([stamp, x, y, z, qx, qy, qz, qw], i) => {
+    const { header, pose } = poses[i];
+    assert.equal(header.frame_id, "map");
+    Near(SecondsOf(header.stamp), stamp, 6e-7, "stamp");
+    for (const [axis, value] of Object.entries({ x, y, z })) Near(pose.pose.position[axis], value, 1e-9, axis);
+    for (const [axis, value] of Object.entries({ x: qx, y: qy, z: qz, w: qw })) {
+      Near(pose.pose.orientation[axis], value, 1e-11, `quaternion ${axis}`);
+    }
+    const [transform] = transforms[i].transforms;
+    assert.deepEqual(transform.header, header);
+    assert.equal(transform.child_frame_id, "base_link");
+    assert.deepEqual(transform.transform, { translation: pose.pose.position, rotation: pose.pose.orientation });
+  });
+  return poses;
+}
+
+const LevelOf = { tracking: 0, relocalized: 1, predicted: 1, ambiguous: 1, lost: 2 };
+
+// Levels and names of /diagnostics; returns the number of frames by status.
+function CheckDiagnostics(messages) {
+  const counts = {};
+  for (const { status } of On(messages, "/diagnostics")) {
+    assert.equal(status.length, 1);
+    assert.equal(status[0].name, "ceilmap");
+    assert.equal(status[0].level, LevelOf[status[0].message]);
+    counts[status[0].message] = (counts[status[0].message] ?? 0) + 1;
+  }
+  return counts;
+}
+
+const Told = (counts) => Object.entries(counts).map(([status, count]) => `${count} ${status}`).join(", ");
+
 const kModes = {
+  async trajectory([bag, tum, csv]) {
+    const { messages } = await Read(bag);
+    const poses = CheckPoses(messages, tum);
+    const counts = CheckDiagnostics(messages);
+    const [columns, ...rows] = ReadTable(csv, ",");
+    const diagnostics = On(messages, "/diagnostics");
+    assert.equal(diagnostics.length, rows.length);
+    let next = 0;
+    rows.forEach((row, i) => {
+      const line = Object.fromEntries(columns.map((name, column) => [name, row[column]]));
+      const { header, status: [status] } = diagnostics[i];
+      Near(SecondsOf(header.stamp), Number(line.timestamp), 6e-7, "stamp");
+      assert.equal(status.message, line.status);
+      if (line.x === "") return;
+      const values = Object.fromEntries(status.values.map(({ key, value }) => [key, value]));
+      for (const key of ["peak", "inliers", "sigma_x", "sigma_y", "sigma_yaw_deg"]) assert.equal(values[key], line[key], key);
+      for (const key of ["pitch_deg", "roll_deg"]) Near(Number(values[key]), Number(line[key]), 1e-9, key);
+      const { covariance } = poses[next++].pose;
+      Near(Math.sqrt(covariance[0]), Number(line.sigma_x), 6e-7, "sigma x");
+      Near(Math.sqrt(covariance[7]), Number(line.sigma_y), 6e-7, "sigma y");
+      Near((Math.sqrt(covariance[35]) * 180) / Math.PI, Number(line.sigma_yaw_deg), 6e-6, "sigma yaw");
+    });
+    assert.equal(next, poses.length);
+    return `${poses.length} poses as in TUM and CSV; ${Told(counts)}`;
+  },
+
+  async mapped([bag, tum]) {
+    const { messages } = await Read(bag);
+    const poses = CheckPoses(messages, tum);
+    return `${poses.length} poses as in TUM; ${Told(CheckDiagnostics(messages))}`;
+  },
+
+  async map([bag, tum, picture]) {
+    const { reader, messages } = await Read(bag);
+    CheckPoses(messages, tum);
+    for (const { topic, metadata } of reader.channelsById.values()) {
+      const latched = topic === "/map" || topic === "/keyframes";
+      const durability = /durability: (\d)/.exec(metadata.get("offered_qos_profiles"))[1];
+      assert.equal(durability, latched ? "1" : "2", topic);
+    }
+    const [grid] = On(messages, "/map");
+    const { width, height, resolution, origin } = grid.info;
+    const pgm = fs.readFileSync(picture);
+    const head = /^P5\s(\d+)\s(\d+)\s255\s/.exec(pgm.subarray(0, 50).toString("latin1"));
+    assert.deepEqual([width, height], [Number(head[1]), Number(head[2])]);
+    for (let row = 0; row < height; row++) {
+      for (let column = 0; column < width; column++) {
+        const cell = grid.data[(height - 1 - row) * width + column];
+        const grey = pgm[head[0].length + row * width + column];
+        if (cell >= 0) Near(cell, ((255 - grey) * 100) / 255, 0.5, `cell ${column}, ${row}`);
+      }
+    }
+    const unknown = grid.data.filter((cell) => cell < 0).length;
+    const [path] = On(messages, "/keyframes");
+    return `/map ${width} x ${height} cells of ${resolution.toFixed(4)} m from (${origin.position.x.toFixed(2)}, ` +
+      `${origin.position.y.toFixed(2)}), as the picture, ${unknown} unknown; /keyframes ${path.poses.length}`;
+  },
+
   async messages([bag]) {
     const { messages, counts } = await Read(bag);
     assert.deepEqual(messages.map(({ topic }) => topic), Object.keys(kExpected));

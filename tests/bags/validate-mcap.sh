@@ -20,3 +20,23 @@ for compression in none zstd lz4; do
   "$build/tests/app/bags/ceilmap_write_bag" "$work/all-$compression.mcap" "$compression"
   node "$npm_folder/validate-mcap.mjs" messages "$work/all-$compression.mcap"
 done
+
+# Bags of the commands beside their text files.
+ceilmap=$PWD/$build/app/ceilmap
+data=$PWD/samples/lab-map
+cd "$work"
+map() { "$ceilmap" map --quiet --force --rig "$data/rig.yaml" --up "$data/up.mp4" --stamps "$data/frames.csv" "$@"; }
+map -o lab.gpkg --trajectory mapped.mcap
+map -o lab.gpkg --trajectory mapped.tum
+node "$npm_folder/validate-mcap.mjs" mapped mapped.mcap mapped.tum
+
+locate() {
+  "$ceilmap" localize lab.gpkg --quiet --force --up "$data/up.mp4" --stamps "$data/frames.csv" --status located.csv "$@"
+}
+locate -o located.mcap
+locate -o located.tum
+node "$npm_folder/validate-mcap.mjs" trajectory located.mcap located.tum located.csv
+
+for format in mcap tum png; do "$ceilmap" export lab.gpkg --quiet --format "$format" -o "export.$format"; done
+gdal_translate -q -of PNM -b 1 export.png export.pgm
+node "$npm_folder/validate-mcap.mjs" map export.mcap export.tum export.pgm
