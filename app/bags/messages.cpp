@@ -4,6 +4,7 @@
 #include "app/bags/message_fields.hpp"
 
 namespace ceilmap::bags {
+
 ImageMessage DecodeImage(std::span<const std::uint8_t> data, MessageEncoding encoding) {
   CdrReader reader(data, encoding);
   ImageMessage message;

@@ -12,6 +12,7 @@
 #include "app/files/estimate_file.hpp"
 #include "app/files/stamps.hpp"
 #include "app/files/tum.hpp"
+#include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::reports {
@@ -150,6 +151,7 @@ void Comparer::ThrowNothingInCommon(const std::filesystem::path& file,
 files::Estimate Comparer::Read(const std::filesystem::path& file,
                                ComparedEstimate& compared) const {
   files::Estimate estimate = files::ReadEstimate(file);
+  for (const std::string& warning : estimate.warnings) terminal::PrintWarning(warning);
   compared.offset_s = params_.offset.seconds;
   if (params_.offset.search) {
     if (estimate.poses.empty()) {
