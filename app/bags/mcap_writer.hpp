@@ -26,10 +26,10 @@ struct McapOptions {
 struct McapChannel {
   std::string topic;
   std::string message_encoding = "cdr";
-  std::string schema_name;  ///< "sensor_msgs/msg/Image"; empty: without a schema
+  std::string schema_name = {};  ///< "sensor_msgs/msg/Image"; empty: without a schema
   std::string schema_encoding = "ros2msg";
-  std::string schema;  ///< its text
-  std::map<std::string, std::string> metadata;
+  std::string schema = {};  ///< its text
+  std::map<std::string, std::string> metadata = {};
 };
 
 /// What ROS 2 offers to nodes that subscribe after a message was published.

@@ -45,7 +45,10 @@ inline ImuMessage AnImu() {
   return {kHeader, {0.01, -0.02, 0.03}};
 }
 inline std::vector<TransformStamped> TwoTransforms() {
-  return {{kHeader, "child", kTransform}, {{7'000'000'001, "x"}, "a longer name", kTransform}};
+  std::vector<TransformStamped> transforms(2, {kHeader, "child", kTransform});
+  transforms[1].header = {7'000'000'001, "x"};
+  transforms[1].child_frame_id = "a longer name";
+  return transforms;
 }
 inline PoseMessage APose() {
   return {kHeader, kTransform, Counted<36>(1)};

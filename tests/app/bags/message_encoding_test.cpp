@@ -56,7 +56,7 @@ TEST(CdrWriter, TextsEndWithZeroAndSequencesBeginWithTheirLength) {
                     "03000000 616200 00"
                     "01000000 00 000000"
                     "02000000 0708 0000"
-                    "01000000 0000000000000040"));
+                    "01000000 00000000 0000000000000040"));
 }
 
 TEST(Encode, TransformsByteByByte) {
@@ -76,7 +76,14 @@ TEST(Encode, TransformsByteByByte) {
 
 TEST(Encode, ImageByteByByte) {
   const Bytes pixels = {9, 8};
-  const ImageMessage image{{1, ""}, 1, 2, "mono8", true, 2, pixels};
+  ImageMessage image;
+  image.header.stamp_ns = 1;
+  image.height = 1;
+  image.width = 2;
+  image.encoding = "mono8";
+  image.big_endian = true;
+  image.step = 2;
+  image.data = pixels;
   EXPECT_EQ(Encode(image),
             FromHex("00010000"
                     "00000000 01000000"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "app/bags/bag_reader.hpp"
+#include "app/bags/message_error.hpp"
 #include "tests/app/bags/all_messages.hpp"
 #include "tests/support/test_folder.hpp"
 
