@@ -49,7 +49,7 @@ std::optional<Ros1Bag::Record> Ros1Bag::ReadRecord(FileWindow& window, std::uint
   const auto first = window.View(at, kLengthBytes);
   if (first.size() < kLengthBytes) return std::nullopt;
   const auto header_size = RecordCursor(first).Number<std::uint32_t>();
-  if (header_size > kMostHeaderBytes) throw DamagedBytes("a header is too long");
+  if (header_size > kMostHeaderBytes) throw DamagedBytes("has a header that is too long");
   const std::size_t head_size = kLengthBytes + header_size + kLengthBytes;
   const auto head = window.View(at, head_size);
   if (head.size() < head_size) return std::nullopt;
@@ -298,7 +298,7 @@ void Ros1Bag::ListMessages(ChunkContent& content, const ChunkPlace& place, bool 
 
 void Ros1Bag::DefineConnection(const ros1::RecordHeader& header,
                                std::span<const std::uint8_t> data) {
-  if (!header.connection) throw DamagedBytes("a connection has no number");
+  if (!header.connection) throw DamagedBytes("has a connection without a number");
   const std::string type = Ros2TypeName(ros1::ParseType(data));
   const std::string name(header.topic);
   if (type.empty()) {
@@ -322,7 +322,7 @@ void Ros1Bag::DefineConnection(const ros1::RecordHeader& header,
 }
 
 std::optional<std::uint32_t> Ros1Bag::TopicOf(const ros1::RecordHeader& message) {
-  if (!message.connection) throw DamagedBytes("a message has no connection");
+  if (!message.connection) throw DamagedBytes("has a message without a connection");
   const auto known = connections_.find(*message.connection);
   if (known != connections_.end()) return known->second;
   Warn(fmt::format("messages of connection {}, which is not defined, are skipped",

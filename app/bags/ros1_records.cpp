@@ -13,7 +13,7 @@ struct Field {
 Field NextField(RecordCursor& fields) {
   const std::string_view field = fields.Text();
   const std::size_t equals = field.find('=');
-  if (equals == std::string_view::npos) throw DamagedBytes("a field has no '='");
+  if (equals == std::string_view::npos) throw DamagedBytes("has a field without '='");
   return {field.substr(0, equals), field.substr(equals + 1)};
 }
 

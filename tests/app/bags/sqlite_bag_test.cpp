@@ -187,7 +187,7 @@ TEST_F(FolderBagTest, ReadsFilesThatAreCompressed) {
   EXPECT_EQ(bag->Facts().compression, "zstd");
   EXPECT_TRUE(ReadAll(*bag) == std::vector<std::string>({"/up 10 a", "/up 11 " + large}));
   EXPECT_THAT(bag->Warnings(), IsEmpty());
-  folder_.Write("cut.db3.zstd", packed.substr(0, packed.size() - 2));
+  folder_.Write("cut.db3.zstd", packed.substr(0, packed.size() - 100'000));
   const auto cut = BagReader::Open(Path("cut.db3.zstd"));
   EXPECT_THAT(ReadAll(*cut), ElementsAre("/up 10 a"));
   EXPECT_THAT(

@@ -27,13 +27,17 @@ class SqliteFile {
   SqliteFile(const std::filesystem::path& path, const std::string& statements) {
     if (sqlite3_open(path.c_str(), &database_) != SQLITE_OK) throw std::runtime_error("open");
     sqlite3_exec(database_, "PRAGMA synchronous=OFF", nullptr, nullptr, nullptr);
-    if (sqlite3_exec(database_, statements.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) {
-      throw std::runtime_error(sqlite3_errmsg(database_));
-    }
+    Run(statements);
   }
   ~SqliteFile() { sqlite3_close(database_); }
   SqliteFile(const SqliteFile&) = delete;
   SqliteFile& operator=(const SqliteFile&) = delete;
+
+  void Run(const std::string& statements) {
+    if (sqlite3_exec(database_, statements.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) {
+      throw std::runtime_error(sqlite3_errmsg(database_));
+    }
+  }
 
   SqliteFile& Add(std::int64_t topic, std::int64_t time_ns, const std::string& data) {
     sqlite3_stmt* insert = nullptr;
