@@ -54,7 +54,7 @@ test_rows=(
   "tests/integration: tests/mapping/store tests/calib/solve"
   "tests/fuzz: tests/mapping/store"
   "tests/faults:"
-  "tests/bench: tests/calib/solve tests/mapping/graph tests/mapping/registration tests/localization/compass"
+  "tests/bench: tests/calib/solve tests/mapping/graph tests/mapping/registration tests/localization/compass tests/app/bags"
 )
 
 declare -A may_include=()

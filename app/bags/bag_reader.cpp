@@ -8,8 +8,13 @@
 #include <string_view>
 #include <system_error>
 
+#include "app/bags/folder_bag.hpp"
 #include "app/bags/mcap_bag.hpp"
 #include "app/bags/mcap_records.hpp"
+#include "app/bags/ros1_bag.hpp"
+#include "app/bags/sqlite_bag.hpp"
+#include "app/bags/unpacked_file.hpp"
+#include "app/bags/warning_list.hpp"
 #include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
@@ -17,7 +22,7 @@ namespace fs = std::filesystem;
 namespace ceilmap::bags {
 namespace {
 
-enum class BagKind : std::uint8_t { kNone, kMcap, kRos1, kSqlite, kFolder };
+enum class BagKind : std::uint8_t { kNone, kMcap, kRos1, kSqlite, kZstd, kFolder };
 
 bool HasAt(std::span<const char> bytes, std::size_t at, std::string_view text) {
   return bytes.size() >= at + text.size() &&
@@ -42,9 +47,62 @@ BagKind KindOf(const fs::path& path) {
   }
   if (HasAt(start, 0, "#ROSBAG V")) return BagKind::kRos1;
   const bool package = HasAt(start, kApplicationIdAt, "GP");
+  const std::string name = path.filename().string();
+  if ((name.ends_with(".db3.zstd") || name.ends_with(".mcap.zstd")) &&
+      HasAt(start, 0, "\x28\xB5\x2F\xFD")) {
+    return BagKind::kZstd;
+  }
   if (HasAt(start, 0, {"SQLite format 3\0", 16}) && !package) return BagKind::kSqlite;
   return BagKind::kNone;
 }
+
+// A bag in one file.
+std::unique_ptr<BagReader> OpenFile(BagKind kind, const fs::path& path, const std::string& name) {
+  switch (kind) {
+    case BagKind::kMcap:
+      return std::make_unique<McapBag>(path, name);
+    case BagKind::kRos1:
+      return std::make_unique<Ros1Bag>(path, name);
+    case BagKind::kSqlite:
+      return std::make_unique<SqliteBag>(path, name);
+    default:
+      throw InputError(fmt::format(
+          "{}: is no bag; must be MCAP, rosbag2 (.db3 or its folder with metadata.yaml) or ROS 1",
+          name));
+  }
+}
+
+// A bag that was compressed as a whole.
+class UnpackedBag : public BagReader {
+ public:
+  explicit UnpackedBag(const fs::path& packed)
+      : file_(packed),
+        bag_(OpenFile(KindOf(file_.Path()), file_.Path(), packed.string())),
+        warnings_(packed.string()) {
+    if (!file_.Complete()) {
+      warnings_.Add("is cut off or damaged; what can be decompressed is used");
+    }
+  }
+
+  [[nodiscard]] const std::vector<Topic>& Topics() const override { return bag_->Topics(); }
+  [[nodiscard]] BagFacts Facts() const override {
+    BagFacts facts = bag_->Facts();
+    facts.compression = "zstd";
+    return facts;
+  }
+  void Select(const std::vector<std::size_t>& topics) override { bag_->Select(topics); }
+  bool Next(RawMessage& message) override { return bag_->Next(message); }
+  [[nodiscard]] std::vector<std::string> Warnings() const override {
+    std::vector<std::string> all = warnings_.All();
+    for (const std::string& warning : bag_->Warnings()) all.push_back(warning);
+    return all;
+  }
+
+ private:
+  UnpackedFile file_;
+  std::unique_ptr<BagReader> bag_;
+  WarningList warnings_;
+};
 
 }  // namespace
 
@@ -57,14 +115,10 @@ std::unique_ptr<BagReader> BagReader::Open(const fs::path& path) {
   if (!fs::exists(path, ignored)) {
     throw InputError(fmt::format("{}: no such file", path.string()));
   }
-  switch (KindOf(path)) {
-    case BagKind::kMcap:
-      return std::make_unique<McapBag>(path);
-    default:
-      throw InputError(fmt::format(
-          "{}: is no bag; must be MCAP, rosbag2 (.db3 or its folder with metadata.yaml) or ROS 1",
-          path.string()));
-  }
+  const BagKind kind = KindOf(path);
+  if (kind == BagKind::kFolder) return std::make_unique<FolderBag>(path);
+  if (kind == BagKind::kZstd) return std::make_unique<UnpackedBag>(path);
+  return OpenFile(kind, path, path.string());
 }
 
 }  // namespace ceilmap::bags

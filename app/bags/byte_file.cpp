@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
+#include <utility>
 
 #include "calib/base/error.hpp"
 
@@ -36,7 +37,7 @@ void Buffer::Free() {
   capacity_ = 0;
 }
 
-ByteFile::ByteFile(const std::filesystem::path& path) : name_(path.string()) {
+ByteFile::ByteFile(const std::filesystem::path& path, std::string name) : name_(std::move(name)) {
   descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe does not block
   if (descriptor_ < 0) {
     if (errno == ENOENT) throw InputError(fmt::format("{}: no such file", name_));
@@ -68,12 +69,11 @@ void ByteFile::Read(std::uint64_t at, std::span<std::uint8_t> bytes) const {
 }
 
 std::span<const std::uint8_t> FileWindow::View(std::uint64_t at, std::size_t size) {
-  constexpr std::size_t kAhead = std::size_t{64} << 10U;
   if (at >= file_.Size()) return {};
   size = static_cast<std::size_t>(std::min<std::uint64_t>(size, file_.Size() - at));
   if (at < at_ || at + size > at_ + buffer_.Size()) {
     const auto wanted = static_cast<std::size_t>(
-        std::min<std::uint64_t>(std::max(size, kAhead), file_.Size() - at));
+        std::min<std::uint64_t>(std::max(size, ahead_), file_.Size() - at));
     buffer_.Resize(0);
     buffer_.Resize(wanted);
     at_ = at;

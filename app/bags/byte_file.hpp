@@ -34,7 +34,8 @@ class Buffer {
 class ByteFile {
  public:
   /// @throws InputError when it is missing, a folder, no regular file, or cannot be opened.
-  explicit ByteFile(const std::filesystem::path& path);
+  /// @param name  for messages.
+  ByteFile(const std::filesystem::path& path, std::string name);
   ~ByteFile();
   ByteFile(const ByteFile&) = delete;
   ByteFile& operator=(const ByteFile&) = delete;
@@ -53,13 +54,16 @@ class ByteFile {
 /// Reads of a few bytes at increasing positions, through a buffer.
 class FileWindow {
  public:
-  explicit FileWindow(const ByteFile& file) : file_(file) {}
+  /// @param ahead  bytes that are read at least.
+  explicit FileWindow(const ByteFile& file, std::size_t ahead = std::size_t{64} << 10U)
+      : file_(file), ahead_(ahead) {}
 
   /// The bytes from `at` on: `size`, or fewer at the end of the file. Valid until the next call.
   std::span<const std::uint8_t> View(std::uint64_t at, std::size_t size);
 
  private:
   const ByteFile& file_;
+  std::size_t ahead_;
   Buffer buffer_;
   std::uint64_t at_ = 0;
 };

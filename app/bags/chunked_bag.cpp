@@ -31,7 +31,10 @@ constexpr auto kLater = [](const auto& a, const auto& b) { return a->Order() > b
 
 }  // namespace
 
-ChunkedBag::ChunkedBag(const std::filesystem::path& path) : file_(path), warnings_(file_.Name()) {}
+ChunkedBag::ChunkedBag(const std::filesystem::path& path, std::string name)
+    : file_(path, std::move(name)), warnings_(file_.Name()) {}
+
+ChunkedBag::~ChunkedBag() = default;
 
 void ChunkedBag::AddCompression(std::string_view name) {
   // "none" is not listed beside others.
@@ -130,7 +133,9 @@ bool ChunkedBag::Next(RawMessage& message) {
       message.data =
           chunk.content.bytes.Bytes().subspan(static_cast<std::size_t>(stored.offset), stored.size);
       given_ = true;
-      return true;
+      if (unpacker_.Unpack(message, topics_.At(stored.topic), warnings_)) return true;
+      PassGiven();
+      continue;
     }
     // The file was changed between two reads of the chunk.
     std::pop_heap(open_.begin(), open_.end(), kLater);

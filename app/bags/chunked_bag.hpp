@@ -10,6 +10,7 @@
 #include "app/bags/bag_reader.hpp"
 #include "app/bags/byte_file.hpp"
 #include "app/bags/chunk_codec.hpp"
+#include "app/bags/message_unpacker.hpp"
 #include "app/bags/topic_table.hpp"
 #include "app/bags/warning_list.hpp"
 
@@ -44,6 +45,7 @@ struct ChunkContent {
 /// messages, and the messages of all that overlap in time are merged.
 class ChunkedBag : public BagReader {
  public:
+  ~ChunkedBag() override;
   [[nodiscard]] const std::vector<Topic>& Topics() const override { return topics_.Sorted(); }
   [[nodiscard]] BagFacts Facts() const override { return facts_; }
   void Select(const std::vector<std::size_t>& topics) override;
@@ -51,7 +53,7 @@ class ChunkedBag : public BagReader {
   [[nodiscard]] std::vector<std::string> Warnings() const override { return warnings_.All(); }
 
  protected:
-  explicit ChunkedBag(const std::filesystem::path& path);
+  ChunkedBag(const std::filesystem::path& path, std::string name);
 
   /// Reads a chunk and lists its messages of topics that Wanted accepts, in the order of the file.
   /// Warns of damage; what can be read remains.
@@ -103,6 +105,7 @@ class ChunkedBag : public BagReader {
   void PassGiven();
 
   WarningList warnings_;
+  MessageUnpacker unpacker_;
   Buffer packed_;                       // of the chunk that is being loaded
   std::vector<char> wanted_;            // by topic number
   std::vector<std::uint64_t> seen_in_;  // offset of the place where a topic was last

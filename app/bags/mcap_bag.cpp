@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "app/bags/record_cursor.hpp"
 #include "calib/base/error.hpp"
@@ -14,7 +15,7 @@
 namespace ceilmap::bags {
 namespace {
 
-constexpr std::int64_t kUnknownTopic = -1;
+constexpr std::int32_t kUnknownTopic = -1;
 constexpr std::size_t kChannels = std::size_t{1} << 16U;
 
 struct McapRecordHead {
@@ -42,8 +43,8 @@ MessageEncoding EncodingNamed(std::string_view name) {
 
 }  // namespace
 
-McapBag::McapBag(const std::filesystem::path& path)
-    : ChunkedBag(path), channels_(kChannels, kUnknownTopic) {
+McapBag::McapBag(const std::filesystem::path& path, std::string name)
+    : ChunkedBag(path, std::move(name)), channels_(kChannels, kUnknownTopic) {
   std::array<std::uint8_t, mcap::kMagic.size()> magic{};
   if (file_.Size() >= magic.size()) file_.Read(0, magic);
   if (magic != mcap::kMagic) throw InputError(fmt::format("{}: is no MCAP file", file_.Name()));
@@ -135,11 +136,11 @@ void McapBag::AddIndexed(const mcap::ChunkIndex& index, std::uint64_t data_end) 
 }
 
 void McapBag::AddStatistics(const mcap::Statistics& statistics) {
-  for (const std::int64_t topic : channels_) {
+  for (const std::int32_t topic : channels_) {
     if (topic != kUnknownTopic) topics_.Count(static_cast<std::uint32_t>(topic), 0);
   }
   for (const auto& [channel, count] : statistics.channels) {
-    const std::int64_t topic = channels_[channel];
+    const std::int32_t topic = channels_[channel];
     if (topic == kUnknownTopic) {
       throw DamagedBytes(fmt::format("its index does not define channel {}", channel));
     }
@@ -216,7 +217,7 @@ void McapBag::ScanMessage(std::uint64_t at, std::uint64_t length, const mcap::Me
     loose_open_ = false;
     return;
   }
-  const std::int64_t topic = TopicOf(head.channel_id);
+  const std::int32_t topic = TopicOf(head.channel_id);
   if (!loose_open_ || places_.back().length + length > kLooseBytes) {
     places_.emplace_back();
     places_.back().offset = at;
@@ -315,7 +316,7 @@ void McapBag::ListMessages(ChunkContent& content, bool complete, std::uint64_t o
     const auto record = bytes.subspan(at, static_cast<std::size_t>(head.length));
     if (head.opcode == mcap::Opcode::kMessage) {
       const mcap::MessageHead message = mcap::ParseMessageHead(record);
-      const std::int64_t topic = TopicOf(message.channel_id);
+      const std::int32_t topic = TopicOf(message.channel_id);
       if (topic != kUnknownTopic && Wanted(static_cast<std::uint32_t>(topic))) {
         content.messages.push_back(
             {SignedTime(message.log_time),
@@ -334,8 +335,8 @@ void McapBag::ListMessages(ChunkContent& content, bool complete, std::uint64_t o
   }
 }
 
-std::int64_t McapBag::TopicOf(std::uint16_t channel) {
-  const std::int64_t topic = channels_[channel];
+std::int32_t McapBag::TopicOf(std::uint16_t channel) {
+  const std::int32_t topic = channels_[channel];
   if (topic == kUnknownTopic) {
     Warn(fmt::format("messages of channel {}, which is not defined, are skipped", channel));
   }
@@ -364,9 +365,9 @@ void McapBag::DefineChannel(const mcap::Channel& channel) {
     Warn(fmt::format("topic '{}' has no schema, so that its type is not known",
                      Shown(channel.topic)));
   }
-  std::int64_t& known = channels_[channel.id];
+  std::int32_t& known = channels_[channel.id];
   if (known == kUnknownTopic) {
-    known = topics_.Add(std::string(channel.topic), type, encoding);
+    known = static_cast<std::int32_t>(topics_.Add(std::string(channel.topic), type, encoding));
     return;
   }
   const Topic& first = topics_.At(static_cast<std::uint32_t>(known));

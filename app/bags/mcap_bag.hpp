@@ -17,8 +17,9 @@ namespace ceilmap::bags {
 /// read once from its start, as far as it goes.
 class McapBag : public ChunkedBag {
  public:
+  /// @param name  for messages.
   /// @throws InputError when the file cannot be read or is no MCAP file.
-  explicit McapBag(const std::filesystem::path& path);
+  McapBag(const std::filesystem::path& path, std::string name);
 
  private:
   void Load(const ChunkPlace& place, ChunkContent& content) override;
@@ -40,12 +41,12 @@ class McapBag : public ChunkedBag {
   void LoadChunk(const ChunkPlace& place, ChunkContent& content);
   void ListMessages(ChunkContent& content, bool complete, std::uint64_t offset);
   /// @return the number of the topic, or kUnknown with a warning.
-  std::int64_t TopicOf(std::uint16_t channel);
+  std::int32_t TopicOf(std::uint16_t channel);
   void DefineSchema(const mcap::Schema& schema);
   void DefineChannel(const mcap::Channel& channel);
 
   std::map<std::uint16_t, std::pair<std::string, std::string>> schemas_;  // name, encoding
-  std::vector<std::int64_t> channels_;  // numbers of topics by channel
+  std::vector<std::int32_t> channels_;  // numbers of topics by channel
   bool scanning_ = false;
   std::uint64_t scanned_messages_ = 0;
   bool loose_open_ = false;  // the last of places_ may become longer

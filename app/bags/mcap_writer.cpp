@@ -118,13 +118,15 @@ void McapWriter::WriteMetadata() {
   Append(record);
 }
 
+void McapWriter::RequireWritten() const {
+  if (stream_) return;
+  throw RunError(fmt::format("{}: cannot be written; is the disk full?", file_.Target().string()));
+}
+
 void McapWriter::Append(std::span<const std::uint8_t> bytes) {
   stream_.write(reinterpret_cast<const char*>(bytes.data()),
                 static_cast<std::streamsize>(bytes.size()));
-  if (!stream_) {
-    throw RunError(
-        fmt::format("{}: cannot be written; is the disk full?", file_.Target().string()));
-  }
+  RequireWritten();
   position_ += bytes.size();
   crc_ = mcap::Checksum(bytes, crc_);
 }
@@ -326,10 +328,7 @@ void McapWriter::Close() {
   Append(data_end);
   WriteSummary();
   stream_.close();
-  if (!stream_) {
-    throw RunError(
-        fmt::format("{}: cannot be written; is the disk full?", file_.Target().string()));
-  }
+  RequireWritten();
 }
 
 void McapWriter::Commit() {

@@ -91,6 +91,7 @@ class McapWriter {
   [[nodiscard]] Bytes Statistics() const;
   void WriteSummary();
   void Append(std::span<const std::uint8_t> bytes);
+  void RequireWritten() const;
 
   McapOptions options_;
   AtomicFile file_;

@@ -10,8 +10,8 @@
 
 namespace ceilmap::bags {
 
-/// Bytes of a bag that cannot be what they should. The text says what is wrong; the reader of the
-/// bag turns it into a warning with the file and the place.
+/// Bytes of a bag that cannot be what they should. The text says what is wrong and fits after "it";
+/// the reader of the bag turns it into a warning with the file and the place.
 class DamagedBytes : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -33,7 +33,7 @@ class RecordCursor {
     return number;
   }
   std::span<const std::uint8_t> Bytes(std::uint64_t count) {
-    if (count > bytes_.size()) throw DamagedBytes("a field goes beyond the end of its record");
+    if (count > bytes_.size()) throw DamagedBytes("has a field that goes beyond its record");
     const std::span<const std::uint8_t> bytes = bytes_.first(static_cast<std::size_t>(count));
     bytes_ = bytes_.subspan(static_cast<std::size_t>(count));
     return bytes;

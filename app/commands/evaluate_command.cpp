@@ -144,8 +144,7 @@ Command AddEvaluateCommand(CLI::App& program) {
       "table\n"
       "  ceilmap evaluate --truth second.tum --frame-from map-truth.tum map.tum status.csv\n"
       "An estimate is a trajectory (TUM, or a bag with poses), a status file of localize, or "
-      "headings "
-      "(CSV).");
+      "headings (CSV).");
   auto params = std::make_shared<EvaluateOptions>();
   reports::ComparisonInputs& comparison = params->comparison;
   CLI::App& cli = *command.cli;

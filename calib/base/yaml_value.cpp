@@ -299,6 +299,17 @@ std::vector<double> YamlValue::Numbers(std::size_t count) const {
   return numbers;
 }
 
+std::vector<std::string> YamlValue::Texts() const {
+  if (!node_->IsSequence()) Fail("a list of texts", "write it as [one, two]");
+  std::vector<std::string> texts;
+  for (const auto& item : *node_) {
+    YamlValue entry = Child("", item, line_);
+    entry.key_ = key_ + "[" + std::to_string(texts.size()) + "]";
+    texts.push_back(entry.Text());
+  }
+  return texts;
+}
+
 std::string ReadSettingsText(const std::filesystem::path& file, std::string_view what) {
   const std::string fix = "; give the path of " + std::string(what);
   std::error_code status_error;

@@ -50,6 +50,8 @@ class YamlValue {
   int WholeNumber(int least, int most) const;
   /// A list of exactly `count` finite numbers.
   std::vector<double> Numbers(std::size_t count) const;
+  /// A list of any number of texts.
+  std::vector<std::string> Texts() const;
   /// The number of entries when this is a list, else throws.
   std::size_t ListSize() const;
 

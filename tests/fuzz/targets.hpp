@@ -22,6 +22,12 @@ void ReadAsColourModel(std::string_view bytes);
 void ReadAsMp4(std::string_view bytes);
 /// As damage to a small map: where (3 bytes), how much (1 byte), what; and so on.
 void ReadAsMap(std::string_view bytes);
+/// As bags: MCAP, ROS 1, and rosbag2's database.
+void ReadAsMcap(std::string_view bytes);
+void ReadAsRos1Bag(std::string_view bytes);
+void ReadAsRosbag2(std::string_view bytes);
+/// As a message of each type that is decoded, of CDR and of ROS 1, with the pixels of images.
+void ReadAsMessage(std::string_view bytes);
 /// As what a browser sends to the live page.
 void ReadAsHttp(std::string_view bytes);
 /// A word a line, as a shell gives them.

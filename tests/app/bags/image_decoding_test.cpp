@@ -134,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(Encodings, PixelsTest, testing::ValuesIn(kCases), [](co
 });
 
 template <typename AnyMessage>
-std::string ErrorOf(const AnyMessage& message) {
+std::string PixelErrorOf(const AnyMessage& message) {
   cv::Mat image;
   try {
     DecodePixels(message, false, image);
@@ -156,23 +156,23 @@ TEST(DecodePixels, RoundsSixteenBitsToTheNearest) {
 
 TEST(DecodePixels, RefusesWhatCannotBeAnImage) {
   const std::vector<std::uint8_t> data(200);
-  EXPECT_EQ(ErrorOf(Message("rgb9\n", data, 12)),
+  EXPECT_EQ(PixelErrorOf(Message("rgb9\n", data, 12)),
             "its encoding 'rgb9?' is not supported, must be one of mono8, mono16, rgb8, bgr8, "
             "rgba8, bgra8, yuv422, yuv422_yuy2, bayer_rggb8, bayer_bggr8, bayer_gbrg8, "
             "bayer_grbg8, bayer_rggb16, bayer_bggr16, bayer_gbrg16, bayer_grbg16, 8UC1, 8UC3, "
             "16UC1, uyvy, yuyv, 8UC4");
-  EXPECT_EQ(ErrorOf(Message("mono8", data, 11)),
+  EXPECT_EQ(PixelErrorOf(Message("mono8", data, 11)),
             "its rows have 11 bytes (step), but 12 px of mono8 need 12");
-  EXPECT_EQ(ErrorOf(Message("rgb8", data, 36)),
+  EXPECT_EQ(PixelErrorOf(Message("rgb8", data, 36)),
             "has 200 bytes of pixels, but 12x7 px in rows of 36 bytes need 252");
   ImageMessage message = Message("mono8", data, 0xFFFFFFFF);
   message.width = 0xFFFFFFFF;
   message.height = 0xFFFFFFFF;
-  EXPECT_EQ(ErrorOf(message),
+  EXPECT_EQ(PixelErrorOf(message),
             "is an image of 4294967295x4294967295 px, must have 1 to 16384 on a side");
   message = Message("yuv422", data, 24);
   message.width = 11;
-  EXPECT_EQ(ErrorOf(message), "is an image of 11 px width in yuv422, whose width is even");
+  EXPECT_EQ(PixelErrorOf(message), "is an image of 11 px width in yuv422, whose width is even");
 }
 
 CompressedImageMessage Compressed(const std::vector<std::uint8_t>& data) {
@@ -203,18 +203,19 @@ TEST(DecodePixels, DecodesJpegAndPng) {
 }
 
 TEST(DecodePixels, RefusesOtherAndDamagedFormats) {
-  EXPECT_EQ(ErrorOf(Compressed({'G', 'I', 'F'})), "its format 'image' is neither JPEG nor PNG");
+  EXPECT_EQ(PixelErrorOf(Compressed({'G', 'I', 'F'})),
+            "its format 'image' is neither JPEG nor PNG");
   std::vector<std::uint8_t> png;
   ASSERT_TRUE(cv::imencode(".png", RandomPixels(CV_8UC1), png));
-  EXPECT_EQ(ErrorOf(Compressed({png.begin(), png.begin() + 20})), "is a PNG that ends early");
-  EXPECT_EQ(ErrorOf(Compressed({png.begin(), png.begin() + 40})), "is a damaged PNG");
-  EXPECT_EQ(ErrorOf(Compressed({0xFF, 0xD8, 0xFF, 0xE0})), "is a JPEG that states no size");
+  EXPECT_EQ(PixelErrorOf(Compressed({png.begin(), png.begin() + 20})), "is a PNG that ends early");
+  EXPECT_EQ(PixelErrorOf(Compressed({png.begin(), png.begin() + 40})), "is a damaged PNG");
+  EXPECT_EQ(PixelErrorOf(Compressed({0xFF, 0xD8, 0xFF, 0xE0})), "is a JPEG that states no size");
   // 16384 x 16384 px in a few bytes.
   png[18] = 0x40;
   png[19] = 0;
   png[22] = 0x40;
   png[23] = 0;
-  EXPECT_EQ(ErrorOf(Compressed(png)),
+  EXPECT_EQ(PixelErrorOf(Compressed(png)),
             "states an image of 16384x16384 px, which " + std::to_string(png.size()) +
                 " bytes cannot hold");
 }

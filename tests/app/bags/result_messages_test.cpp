@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "app/bags/bag_reader.hpp"
 #include "app/bags/message_error.hpp"
 #include "tests/app/bags/all_messages.hpp"
@@ -115,6 +117,31 @@ TEST(RoundTrip, CutMessagesThrow) {
       }
     }
   }
+}
+
+// A wrong length must not cost memory or leave the message; the sanitizers watch.
+TEST(RoundTrip, DamagedMessagesAreDecodedOrThrow) {
+  std::mt19937 random(7);
+  const std::vector<std::vector<std::uint8_t>> messages = {Encode(APose()),
+                                                           Encode(SomeDiagnostics())};
+  int refused = 0;
+  for (int i = 0; i < 4000; ++i) {
+    std::vector<std::uint8_t> bytes = messages[i % 2];
+    for (int change = 0; change < 3; ++change) {
+      bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
+    }
+    try {
+      if (i % 2 == 0) {
+        (void)DecodePose(bytes, kCdr);
+      } else {
+        (void)DecodeDiagnostics(bytes, kCdr);
+      }
+    } catch (const MessageError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 500);
+  EXPECT_LT(refused, 3500);
 }
 
 TEST(RoundTrip, BagsAreReadAsWritten) {
