@@ -15,6 +15,7 @@
 #include "app/files/trajectory_file.hpp"
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/bitrate.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_warnings.hpp"
@@ -48,6 +49,7 @@ struct LocalizeOptions {
   std::string start;
   std::string start_spread = "0.5,10";
   SensorOptions sensors;
+  recordings::BagOptions bags;
   std::string heading_zero = "first";
   fs::path output;
   fs::path status;
@@ -279,22 +281,27 @@ calib::Rig RigFor(const LocalizeOptions& params) {
   }
 }
 
-void RunLocalize(const LocalizeOptions& params,
-                 const CommonOptions& common,
-                 terminal::Summary& summary) {
+void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::Summary& summary) {
   const auto start = steady_clock::now();
+  params.sensors.TakeBag(params.bags, params.up);
   params.Check(common.Existing());
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
   localizer_params.localization = params.ForLocalizer(settings.localization);
   std::optional<calib::Rig> rig = RigFor(params);
-  recordings::FrameSource source(
-      params.up, recordings::FrameSourceOptions{.stamps = params.stamps}.ForNewest());
-  const auto scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
   const HeadingFrame headings_frame =
       params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
-  recordings::SensorInputs sensors(params.sensors.Files(true, params.stamps, headings_frame), rig);
+  const recordings::SensorFiles files =
+      params.sensors.Files(true, params.stamps, headings_frame, params.bags);
+  recordings::ReserveTopics(files);
+  recordings::FrameSource source(
+      params.up,
+      recordings::FrameSourceOptions{.stamps = params.stamps, .bag = params.bags.Topic("up")}
+          .ForNewest());
+  const auto scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
+  recordings::SensorInputs sensors(files, rig);
+  params.bags.Bags().ReleaseReserved();
   localizer_params.sensors = sensors.Params(settings.sensors);
   robot::CeilingLocalizer localizer(params.map, *rig, localizer_params);
   const store::MapReader& map = localizer.Map();
@@ -303,6 +310,7 @@ void RunLocalize(const LocalizeOptions& params,
   Results results(params, calib::LevelView(localizer.View()));
   live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
   if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
+  recordings::PrintCameraDifferences(*rig, params.up, params.bags.Topic("up"), files);
   LocateFrames(source, sensors, localizer, results, watch, result);
   result.sensors = {&sensors, localizer.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
@@ -354,7 +362,11 @@ Command AddLocalizeCommand(CLI::App& program) {
       "localize",
       "Localizes a robot on a map of the ceiling, from any start, and tracks it.",
       "ceilmap localize lab.gpkg --rig rig2.yaml --up up2.mp4 --stamps frames2.csv -o robot2.tum\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "  ceilmap localize lab.gpkg --rig rig2.yaml --up run.mcap --up-topic /up/image_raw -o "
+      "robot2.tum\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<LocalizeOptions>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
@@ -376,6 +388,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       ->group(prior);
   params->sensors.AddTo(cli, input, prior, result);
   params->sensors.AddModelTo(cli, prior);
+  params->bags.AddTo(cli, SensorOptions::BagSources());
   add("--heading-zero",
       params->heading_zero,
       "Zero direction of the headings: the first frame (or any other unknown direction), or the "
