@@ -6,6 +6,7 @@
 
 #include "app/bags/image_decoding.hpp"
 #include "app/bags/message_error.hpp"
+#include "app/bags/message_types.hpp"
 #include "app/bags/messages.hpp"
 #include "app/recordings/images.hpp"
 #include "calib/base/error.hpp"
@@ -32,7 +33,7 @@ std::optional<double> BagFrames::FramePeriod() const {
 std::int64_t BagFrames::Decode(cv::Mat& image) {
   const bags::MessageEncoding encoding = stream_->Topic().encoding;
   const bool colour = pixels_ == Pixels::kColour;
-  if (stream_->Topic().type == "sensor_msgs/msg/CompressedImage") {
+  if (stream_->Topic().type == bags::kCompressedImageType) {
     const auto message = bags::DecodeCompressedImage(message_.data, encoding);
     bags::DecodePixels(message, colour, image);
     return message.header.stamp_ns;

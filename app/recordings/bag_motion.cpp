@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/bags/message_error.hpp"
+#include "app/bags/message_types.hpp"
 #include "app/recordings/frame_tree.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/stamped_pose.hpp"
@@ -84,7 +85,7 @@ BagOdometry::BagOdometry(const std::string& bag, const BagTopic& topic)
 
 void BagOdometry::Add(const BagMessage& message) {
   const bags::Topic& topic = Stream().Topic();
-  if (topic.type == "nav_msgs/msg/Odometry") {
+  if (topic.type == bags::kOdometryType) {
     AddOdometry(bags::DecodeOdometry(message.data, topic.encoding));
     return;
   }
@@ -131,7 +132,7 @@ void BagOdometry::AddTransform(const bags::TransformStamped& transform) {
 }
 
 std::string BagOdometry::Remark() const {
-  if (Stream().Topic().type != "tf2_msgs/msg/TFMessage" || !child_.empty()) return "";
+  if (Stream().Topic().type != bags::kTransformsType || !child_.empty()) return "";
   return fmt::format("{}: holds no transform to base_link or base_footprint", Name());
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/bags/message_error.hpp"
+#include "app/bags/message_types.hpp"
 
 namespace ceilmap::recordings {
 namespace {
@@ -21,7 +22,7 @@ std::vector<std::size_t> TopicsOf(const bags::BagReader& reader, std::string_vie
 
 void ReadFrames(bags::BagReader& reader, FrameTree& frames) {
   constexpr std::int64_t kLongestNs = 10'000'000'000;
-  std::vector<std::size_t> topics = TopicsOf(reader, "tf2_msgs/msg/TFMessage");
+  std::vector<std::size_t> topics = TopicsOf(reader, bags::kTransformsType);
   std::erase_if(topics, [&reader](std::size_t topic) {
     return !reader.Topics()[topic].name.ends_with("tf_static");
   });
@@ -49,7 +50,7 @@ void ReadFrames(bags::BagReader& reader, FrameTree& frames) {
 }
 
 void ReadCameras(bags::BagReader& reader, std::map<std::string, BagCamera>& cameras) {
-  const std::vector<std::size_t> topics = TopicsOf(reader, "sensor_msgs/msg/CameraInfo");
+  const std::vector<std::size_t> topics = TopicsOf(reader, bags::kCameraInfoType);
   if (topics.empty()) return;
   reader.Select(topics);
   bags::RawMessage message;

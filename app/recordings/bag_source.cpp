@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "app/bags/message_types.hpp"
 #include "calib/base/error.hpp"
 
 namespace fs = std::filesystem;
@@ -26,13 +27,13 @@ struct UseFacts {
 UseFacts FactsOf(TopicUse use) {
   switch (use) {
     case TopicUse::kOdometry:
-      return {{"nav_msgs/msg/Odometry", "tf2_msgs/msg/TFMessage"}, "odometry"};
+      return {{bags::kOdometryType, bags::kTransformsType}, "odometry"};
     case TopicUse::kGyro:
-      return {{"sensor_msgs/msg/Imu"}, "a gyro"};
+      return {{bags::kImuType}, "a gyro"};
     case TopicUse::kImages:
       break;
   }
-  return {{"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"}, "images"};
+  return {{bags::kImageType, bags::kCompressedImageType}, "images"};
 }
 
 bool IsOf(const Topic& topic, const UseFacts& use) {
