@@ -16,6 +16,7 @@
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/bag_options.hpp"
+#include "app/recordings/bag_rig.hpp"
 #include "app/recordings/bitrate.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_warnings.hpp"
@@ -44,6 +45,7 @@ using std::chrono::steady_clock;
 struct LocalizeOptions {
   fs::path map;
   fs::path rig;
+  bool rig_from_bag = false;
   std::string up;
   fs::path stamps;
   std::string start;
@@ -67,6 +69,9 @@ struct LocalizeOptions {
 
 void LocalizeOptions::Check(files::Existing existing) const {
   sensors.Check(true);
+  if (rig_from_bag && !rig.empty()) {
+    throw InputError("--rig-from-bag and --rig: give one of the two");
+  }
   if (predicted && sensors.wheels.odometry.empty()) {
     throw InputError("--predicted: poses are predicted by wheels; give --odometry");
   }
@@ -266,7 +271,15 @@ page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader
 
 calib::Rig RigFor(const LocalizeOptions& params) {
   if (!params.rig.empty()) return calib::ReadRig(params.rig);
-  const std::string text = store::MapReader(params.map).Metadata().rig_yaml;
+  const store::MapMetadata map = store::MapReader(params.map).Metadata();
+  if (params.rig_from_bag) {
+    return recordings::ReadBagRig(params.up,
+                                  params.bags.Topic("up"),
+                                  params.sensors.forward,
+                                  params.bags.Topic("forward"),
+                                  map.ceiling_height_m);
+  }
+  const std::string& text = map.rig_yaml;
   if (text.empty()) {
     throw InputError(fmt::format("{}: was made without a rig; give --rig", params.map.string()));
   }
@@ -281,6 +294,24 @@ calib::Rig RigFor(const LocalizeOptions& params) {
   }
 }
 
+recordings::SensorFiles FilesFor(const LocalizeOptions& params) {
+  const HeadingFrame headings_frame =
+      params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
+  return params.sensors.Files(true, params.stamps, headings_frame, params.bags);
+}
+
+void PrintNotes(const LocalizeOptions& params, const reports::LocalizeResult& result) {
+  if (terminal::Interrupted()) {
+    terminal::PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
+  }
+  if (result.stamps == recordings::StampOrigin::kFrameIndex) {
+    terminal::Note("no --stamps: images are taken to be one second apart");
+  }
+  if (params.rig.empty() && !params.rig_from_bag) {
+    terminal::Note("no --rig: the camera is taken to be that of the robot that made the map");
+  }
+}
+
 void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::Summary& summary) {
   const auto start = steady_clock::now();
   params.sensors.TakeBag(params.bags, params.up);
@@ -290,10 +321,7 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   robot::CeilingLocalizerParams localizer_params;
   localizer_params.localization = params.ForLocalizer(settings.localization);
   std::optional<calib::Rig> rig = RigFor(params);
-  const HeadingFrame headings_frame =
-      params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
-  const recordings::SensorFiles files =
-      params.sensors.Files(true, params.stamps, headings_frame, params.bags);
+  const recordings::SensorFiles files = FilesFor(params);
   recordings::ReserveTopics(files);
   recordings::FrameSource source(
       params.up,
@@ -310,7 +338,9 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   Results results(params, calib::LevelView(localizer.View()));
   live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
   if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
-  recordings::PrintCameraDifferences(*rig, params.up, params.bags.Topic("up"), files);
+  if (!params.rig_from_bag) {
+    recordings::PrintCameraDifferences(*rig, params.up, params.bags.Topic("up"), files);
+  }
   LocateFrames(source, sensors, localizer, results, watch, result);
   result.sensors = {&sensors, localizer.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
@@ -329,15 +359,7 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   }
   results.Commit(params, summary);
   params.sensors.wheels.WriteRig(*rig, result.sensors.report.wheels, summary);
-  if (terminal::Interrupted()) {
-    terminal::PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
-  }
-  if (source.Stamps() == recordings::StampOrigin::kFrameIndex) {
-    terminal::Note("no --stamps: images are taken to be one second apart");
-  }
-  if (params.rig.empty()) {
-    terminal::Note("no --rig: the camera is taken to be that of the robot that made the map");
-  }
+  PrintNotes(params, result);
   reports::ReportScalings(scaling, sensors);
   WarnOfScale(*rig, map.Metadata(), result);
   const reports::Coverage coverage = reports::CoverageOf(result);
@@ -377,6 +399,10 @@ Command AddLocalizeCommand(CLI::App& program) {
   };
   add("map", params->map, "The map, made with --rig", "MAP.gpkg")->required()->group(input);
   add("--rig", params->rig, "This robot's cameras [those of the map's robot]", "RIG.yaml")
+      ->group(input);
+  cli.add_flag("--rig-from-bag",
+               params->rig_from_bag,
+               "Without --rig: the cameras by the camera_info and /tf_static of the bag of --up")
       ->group(input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")

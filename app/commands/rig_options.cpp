@@ -107,9 +107,6 @@ void RigOptions::CheckFromBag() const {
 calib::Rig RigOptions::OfBag(const std::string& up,
                              const std::string& forward,
                              const recordings::BagOptions& bags) const {
-  if (!recordings::IsBag(up)) {
-    throw InputError(fmt::format("--rig-from-bag: {} of --up is no bag; give --rig RIG.yaml", up));
-  }
   return recordings::ReadBagRig(
       up, bags.Topic("up"), forward, bags.Topic("forward"), *ceiling_height_m);
 }

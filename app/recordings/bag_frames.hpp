@@ -23,6 +23,7 @@ class BagFrames final : public FrameReader {
   [[nodiscard]] std::int64_t LeftOut() const override { return left_out_; }
   [[nodiscard]] std::string Part() const override { return stream_->Topic().name; }
   [[nodiscard]] std::vector<std::string> EndRemarks() override;
+  void Stop() override { stream_->Stop(); }
 
  private:
   std::int64_t Decode(cv::Mat& image);

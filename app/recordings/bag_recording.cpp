@@ -199,7 +199,7 @@ bool BagStream::Next(BagMessage& message, std::int64_t until_ns) {
       ended_ = true;
       return false;
     }
-    if (bag.position_ns_ > until_ns) return false;
+    if (stopped_ || bag.position_ns_ > until_ns) return false;
     if (bag.reading_) {
       bag.changed_.wait(lock);
     } else {
@@ -214,6 +214,7 @@ bool BagStream::NextAlone(BagMessage& message) {
   if (ended_) return false;
   if (!own_) OpenOwn();
   bags::RawMessage next;
+  if (stopped_) return false;
   if (ended_ || !own_->Next(next)) {
     ended_ = true;
     own_.reset();
@@ -229,7 +230,9 @@ void BagStream::OpenOwn() {
   own_ = recording_->opener_();
   own_->Select({queue_->topic});
   bags::RawMessage skipped;
-  for (std::int64_t i = 0; i < queue_->taken && !ended_; ++i) ended_ = !own_->Next(skipped);
+  for (std::int64_t i = 0; i < queue_->taken && !ended_ && !stopped_; ++i) {
+    ended_ = !own_->Next(skipped);
+  }
 }
 
 }  // namespace ceilmap::recordings

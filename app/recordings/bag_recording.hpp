@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -113,6 +114,8 @@ class BagStream {
   bool Next(BagMessage& message, std::int64_t until_ns = std::numeric_limits<std::int64_t>::max());
   /// True when there are no more messages.
   [[nodiscard]] bool Ended() const { return ended_; }
+  /// Next returns false soon. Called from another thread.
+  void Stop() { stopped_ = true; }
   /// True when it reads the bag by a reader of its own.
   [[nodiscard]] bool IsAlone() const;
 
@@ -127,6 +130,7 @@ class BagStream {
   bags::Topic topic_;
   std::unique_ptr<bags::BagReader> own_;
   bool ended_ = false;
+  std::atomic<bool> stopped_ = false;
 };
 
 }  // namespace ceilmap::recordings

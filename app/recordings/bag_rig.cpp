@@ -203,6 +203,9 @@ calib::Rig ReadBagRig(const std::string& up,
                       const std::string& forward,
                       const BagTopic& forward_topic,
                       double ceiling_height_m) {
+  if (!IsBag(up)) {
+    throw InputError(fmt::format("--rig-from-bag: {} of --up is no bag; give --rig RIG.yaml", up));
+  }
   const BagRobot& robot = up_topic.bags->Robot(up);
   std::vector<RigCamera> cameras{{"up", ImageTopicOf(up, up_topic)}};
   if (!forward.empty() && IsBag(forward) && up_topic.bags->Get(forward) == up_topic.bags->Get(up)) {

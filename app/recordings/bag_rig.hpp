@@ -45,7 +45,8 @@ void PrintCameraDifference(const std::string& source,
                            const calib::Rig& rig);
 
 /// The rig of a bag. @param forward  the source of the forward camera, which is in the rig where it
-/// is a bag too. @throws InputError as RigTextOf, or where the rig is impossible (calib::ParseRig).
+/// in the same bag. @throws InputError as RigTextOf, where `up` is no bag, or where the rig is
+/// impossible (calib::ParseRig).
 calib::Rig ReadBagRig(const std::string& up,
                       const BagTopic& up_topic,
                       const std::string& forward,

@@ -36,8 +36,8 @@ class OpenBags {
 
 /// One topic of a bag, where SOURCE is a bag.
 struct BagTopic {
-  std::string topic;   ///< empty: the only one of its use
-  std::string option;  ///< that chooses the topic, for messages: "--up-topic"
+  std::string topic = {};   ///< empty: the only one of its use
+  std::string option = {};  ///< that chooses the topic, for messages: "--up-topic"
   BagStamp stamp = BagStamp::kHeader;
   std::shared_ptr<OpenBags> bags = nullptr;  ///< those of the run; null: it is read alone
 };

@@ -31,7 +31,7 @@ path:
   waypoints_m: [1.6, 2.0, 3.6, 2.0, 3.6, 3.0]
   speed_m_s: 0.9
   frame_rate_hz: 5
-wheels: {rate_hz: 50, kind: poses, track_width_m: 0.4, scale_error_ratio: 0.005}
+wheels: {rate_hz: 50, kind: pose, track_width_m: 0.4, scale_error_ratio: 0.005}
 gyro: {rate_hz: 100, noise_deg_s: 0.1, bias_deg_s: 0.1}
 )";
 constexpr double kStartS = 1.7e9;

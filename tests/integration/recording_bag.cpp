@@ -116,8 +116,8 @@ class RecordingBag {
       bag_.Write("/tf",
                  bags::kTransformsType,
                  log_ns,
-                 std::vector<bags::TransformStamped>{
-                     {message.header, message.child_frame_id, message.pose}});
+                 std::vector{
+                     bags::TransformStamped{message.header, message.child_frame_id, message.pose}});
     }
     for (; next_rate_ < gyro_.size() && gyro_[next_rate_].stamp_s <= until_s; ++next_rate_) {
       const auto& [stamp_s, yaw_rate_rad_s] = gyro_[next_rate_];

@@ -12,8 +12,6 @@ namespace ceilmap::recordings {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kStart = 1'700'000'000'000 * kMs;
-constexpr double kStartS = 1.7e9;
 
 /// A flat image of that brightness.
 class FlatImage {
@@ -53,7 +51,7 @@ class BagFramesTest : public testing::Test {
 TEST_F(BagFramesTest, AreTheImagesOfTheTopicByTheirHeaders) {
   support::TestBag bag(Bag());
   for (int i = 0; i < 20; ++i) {
-    const std::int64_t stamp_ns = kStart + i * 100 * kMs;
+    const std::int64_t stamp_ns = support::kBagStartNs + i * 100 * kMs;
     Put(bag, 10 + i, stamp_ns, stamp_ns + 30 * kMs);
     bag.Write("/front", bags::kImageType, stamp_ns + 40 * kMs, FlatImage(200).At(stamp_ns));
   }
@@ -68,7 +66,7 @@ TEST_F(BagFramesTest, AreTheImagesOfTheTopicByTheirHeaders) {
   for (int i = 0; i < 20; ++i) {
     ASSERT_TRUE(source.Read(frame));
     EXPECT_EQ(frame.index, i);
-    EXPECT_NEAR(frame.stamp_s, kStartS + 0.1 * i, 3e-7);
+    EXPECT_NEAR(frame.stamp_s, support::kBagStartS + 0.1 * i, 3e-7);
     EXPECT_EQ(frame.image.type(), CV_8UC1);
     EXPECT_EQ(cv::mean(frame.image)[0], 10 + i);
   }
@@ -79,12 +77,13 @@ TEST_F(BagFramesTest, AreTheImagesOfTheTopicByTheirHeaders) {
                      {.pixels = Pixels::kColour, .bag = {.topic = "/up", .stamp = BagStamp::kLog}});
   ASSERT_TRUE(by_log.Read(frame));
   EXPECT_EQ(frame.image.type(), CV_8UC3);
-  EXPECT_NEAR(frame.stamp_s, kStartS + 0.03, 3e-7);
+  EXPECT_NEAR(frame.stamp_s, support::kBagStartS + 0.03, 3e-7);
 }
 
 TEST_F(BagFramesTest, StampsOfAFileReplaceThem) {
   support::TestBag bag(Bag());
-  for (int i = 0; i < 3; ++i) Put(bag, i, kStart + i * kMs, kStart + i * kMs);
+  for (int i = 0; i < 3; ++i)
+    Put(bag, i, support::kBagStartNs + i * kMs, support::kBagStartNs + i * kMs);
   bag.Commit();
   folder_.Write("frames.csv", "index,timestamp\n0,5\n1,6\n2,7\n");
   folder_.Write("few.csv", "index,timestamp\n0,5\n1,6\n");
@@ -99,12 +98,12 @@ TEST_F(BagFramesTest, StampsOfAFileReplaceThem) {
 
 TEST_F(BagFramesTest, HeadersWithoutATimeAreReplacedWithOneWarning) {
   support::TestBag bag(Bag());
-  for (int i = 0; i < 3; ++i) Put(bag, i, 0, kStart + i * 250 * kMs);
+  for (int i = 0; i < 3; ++i) Put(bag, i, 0, support::kBagStartNs + i * 250 * kMs);
   bag.Commit();
   FrameSource source(Bag());
   Frame frame;
   std::vector<double> stamps;
-  while (source.Read(frame)) stamps.push_back(frame.stamp_s - kStartS);
+  while (source.Read(frame)) stamps.push_back(frame.stamp_s - support::kBagStartS);
   EXPECT_EQ(stamps, (std::vector<double>{0, 0.25, 0.5}));
   EXPECT_THAT(
       source.Warnings(),
@@ -121,10 +120,11 @@ TEST_F(BagFramesTest, CompressedImagesOfAnySourceAndDamagedOnes) {
   support::TestBag bag(Bag());
   const auto put = [&](std::int64_t at, const std::vector<std::uint8_t>& data) {
     bags::CompressedImageMessage message;
-    message.header.stamp_ns = kStart + at * kMs;
+    message.header.stamp_ns = support::kBagStartNs + at * kMs;
     message.format = "png";
     message.data = data;
-    bag.Write("/up/compressed", bags::kCompressedImageType, kStart + at * kMs, message);
+    bag.Write(
+        "/up/compressed", bags::kCompressedImageType, support::kBagStartNs + at * kMs, message);
   };
   put(0, png);
   put(100, damaged);
@@ -136,7 +136,7 @@ TEST_F(BagFramesTest, CompressedImagesOfAnySourceAndDamagedOnes) {
   EXPECT_EQ(frame.image.at<cv::Vec3b>(0, 0), cv::Vec3b(10, 20, 30));
   ASSERT_TRUE(source.Read(frame));
   EXPECT_EQ(frame.index, 2);
-  EXPECT_NEAR(frame.stamp_s, kStartS + 0.2, 3e-7);
+  EXPECT_NEAR(frame.stamp_s, support::kBagStartS + 0.2, 3e-7);
   EXPECT_FALSE(source.Read(frame));
   EXPECT_THAT(
       source.Warnings(),
@@ -146,9 +146,9 @@ TEST_F(BagFramesTest, CompressedImagesOfAnySourceAndDamagedOnes) {
 
 TEST_F(BagFramesTest, AFirstImageThatCannotBeDecodedIsAnError) {
   support::TestBag bag(Bag());
-  bags::ImageMessage message = FlatImage(0).At(kStart);
+  bags::ImageMessage message = FlatImage(0).At(support::kBagStartNs);
   message.encoding = "mono7";
-  bag.Write("/up", bags::kImageType, kStart, message);
+  bag.Write("/up", bags::kImageType, support::kBagStartNs, message);
   bag.Commit();
   support::ExpectInputError([&] { FrameSource source(Bag()); },
                             {Bag() + ": /up at 1700000000.000 s: ", "mono7"});
@@ -156,8 +156,11 @@ TEST_F(BagFramesTest, AFirstImageThatCannotBeDecodedIsAnError) {
 
 TEST_F(BagFramesTest, SizesMustBeTheSame) {
   support::TestBag bag(Bag());
-  Put(bag, 0, kStart, kStart);
-  bag.Write("/up", bags::kImageType, kStart + kMs, FlatImage(0, 8).At(kStart + kMs));
+  Put(bag, 0, support::kBagStartNs, support::kBagStartNs);
+  bag.Write("/up",
+            bags::kImageType,
+            support::kBagStartNs + kMs,
+            FlatImage(0, 8).At(support::kBagStartNs + kMs));
   bag.Commit();
   FrameSource source(Bag());
   Frame frame;

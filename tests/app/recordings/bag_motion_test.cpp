@@ -12,9 +12,6 @@
 namespace ceilmap::recordings {
 namespace {
 
-constexpr std::int64_t kS = 1'000'000'000;
-constexpr std::int64_t kStart = 1'700'000'000 * kS;
-constexpr double kStartS = 1.7e9;
 constexpr double kAll = std::numeric_limits<double>::infinity();
 
 /// x metres ahead, turned by 90 degrees to the left.
@@ -38,26 +35,27 @@ class BagMotionTest : public testing::Test {
 TEST_F(BagMotionTest, OdometryIsThePosesByTheirHeaders) {
   support::TestBag bag(Bag());
   for (int i = 0; i < 3; ++i) {
-    const std::int64_t stamp_ns = kStart + i * kS / 2;
-    bag.Write("/odom", bags::kOdometryType, stamp_ns + kS, Odometry(stamp_ns, i));
+    const std::int64_t stamp_ns = support::kBagStartNs + i * support::kSecondNs / 2;
+    bag.Write("/odom", bags::kOdometryType, stamp_ns + support::kSecondNs, Odometry(stamp_ns, i));
   }
   bag.Commit();
   const files::OdometryRecording odometry = ReadBagOdometry(Bag(), {});
   ASSERT_EQ(odometry.poses.size(), 3U);
   EXPECT_TRUE(odometry.speeds.empty());
-  EXPECT_EQ(odometry.poses[1].stamp_s, kStartS + 0.5);
+  EXPECT_EQ(odometry.poses[1].stamp_s, support::kBagStartS + 0.5);
   EXPECT_DOUBLE_EQ(odometry.poses[2].T_odom_base.x, 2);
   EXPECT_DOUBLE_EQ(odometry.poses[2].T_odom_base.y, 0.5);
   EXPECT_NEAR(odometry.poses[2].T_odom_base.yaw, M_PI / 2, 1e-12);
-  EXPECT_EQ(ReadBagOdometry(Bag(), {.stamp = BagStamp::kLog}).poses[1].stamp_s, kStartS + 1.5);
+  EXPECT_EQ(ReadBagOdometry(Bag(), {.stamp = BagStamp::kLog}).poses[1].stamp_s,
+            support::kBagStartS + 1.5);
 }
 
 TEST_F(BagMotionTest, TheTwistIsUsedWhereThereIsNoPose) {
   support::TestBag bag(Bag());
   for (int i = 0; i < 3; ++i) {
-    bags::OdometryMessage message = Odometry(kStart + i * kS, i);
+    bags::OdometryMessage message = Odometry(support::kBagStartNs + i * support::kSecondNs, i);
     message.pose.rotation = {0, 0, 0, 0};
-    bag.Write("/odom", bags::kOdometryType, kStart + i * kS, message);
+    bag.Write("/odom", bags::kOdometryType, support::kBagStartNs + i * support::kSecondNs, message);
   }
   bag.Commit();
   const files::OdometryRecording odometry = ReadBagOdometry(Bag(), {});
@@ -69,17 +67,17 @@ TEST_F(BagMotionTest, TheTwistIsUsedWhereThereIsNoPose) {
 TEST_F(BagMotionTest, OfTransformsThoseToTheBaseCount) {
   support::TestBag bag(Bag());
   const auto link = [](const char* parent, const char* child, std::int64_t stamp_ns, double x) {
-    return bags::TransformStamped{{stamp_ns, parent}, child, {{x, 0, 0}, {0, 0, 0, 1}}};
+    return support::Link(parent, child, {x, 0, 0}, {0, 0, 0, 1}, stamp_ns);
   };
   for (int i = 0; i < 4; ++i) {
-    const std::int64_t stamp_ns = kStart + i * kS;
+    const std::int64_t stamp_ns = support::kBagStartNs + i * support::kSecondNs;
     bag.Write("/tf",
               bags::kTransformsType,
               stamp_ns,
-              std::vector<bags::TransformStamped>{link("map", "odom", stamp_ns, 50),
-                                                  link("odom", "base_footprint", stamp_ns, i),
-                                                  link("base_footprint", "base_link", stamp_ns, 9),
-                                                  link("other", "base_link", stamp_ns, 70)});
+              std::vector{link("map", "odom", stamp_ns, 50),
+                          link("odom", "base_footprint", stamp_ns, i),
+                          link("base_footprint", "base_link", stamp_ns, 9),
+                          link("other", "base_link", stamp_ns, 70)});
   }
   bag.Commit();
   const files::OdometryRecording odometry = ReadBagOdometry(Bag(), {.topic = "/tf"});
@@ -90,14 +88,19 @@ TEST_F(BagMotionTest, OfTransformsThoseToTheBaseCount) {
 TEST_F(BagMotionTest, SamplesAreReadAsTheyAreNeeded) {
   support::TestBag bag(Bag());
   for (int i = 0; i < 100; ++i) {
-    bag.Write("/odom", bags::kOdometryType, kStart + i * kS, Odometry(kStart + i * kS, i));
+    bag.Write("/odom",
+              bags::kOdometryType,
+              support::kBagStartNs + i * support::kSecondNs,
+              Odometry(support::kBagStartNs + i * support::kSecondNs, i));
   }
   bag.Commit();
   WheelInputs wheels(Bag(), {});
   EXPECT_TRUE(wheels.Odometry().Empty());
   std::vector<double> stamps;
-  const auto add = [&stamps](const auto& sample) { stamps.push_back(sample.stamp_s - kStartS); };
-  wheels.ReadTo(kStartS + 2.7, add);
+  const auto add = [&stamps](const auto& sample) {
+    stamps.push_back(sample.stamp_s - support::kBagStartS);
+  };
+  wheels.ReadTo(support::kBagStartS + 2.7, add);
   EXPECT_EQ(stamps, (std::vector<double>{0, 1, 2, 3}));
   EXPECT_EQ(wheels.Odometry().poses.size(), 5U);
   wheels.ReadTo(kAll, add);
@@ -109,13 +112,19 @@ TEST_F(BagMotionTest, SamplesAreReadAsTheyAreNeeded) {
 TEST_F(BagMotionTest, WhatCannotBeUsedIsCounted) {
   support::TestBag bag(Bag());
   const auto write = [&](std::int64_t stamp_ns, double x) {
-    bag.Write("/odom", bags::kOdometryType, kStart + stamp_ns, Odometry(kStart + stamp_ns, x));
+    bag.Write("/odom",
+              bags::kOdometryType,
+              support::kBagStartNs + stamp_ns,
+              Odometry(support::kBagStartNs + stamp_ns, x));
   };
   write(0, 0);
-  write(kS, 1);
-  bag.Write("/odom", bags::kOdometryType, kStart + kS, Odometry(kStart + kS / 2, 7));
-  write(2 * kS, std::numeric_limits<double>::quiet_NaN());
-  write(3 * kS, 3);
+  write(support::kSecondNs, 1);
+  bag.Write("/odom",
+            bags::kOdometryType,
+            support::kBagStartNs + support::kSecondNs,
+            Odometry(support::kBagStartNs + support::kSecondNs / 2, 7));
+  write(2 * support::kSecondNs, std::numeric_limits<double>::quiet_NaN());
+  write(3 * support::kSecondNs, 3);
   bag.Commit();
   WheelInputs wheels(Bag(), {});
   wheels.ReadTo(kAll, [](const auto&) {});
@@ -130,17 +139,17 @@ TEST_F(BagMotionTest, WhatCannotBeUsedIsCounted) {
 TEST_F(BagMotionTest, TurnRatesAreAboutTheVerticalOfTheBase) {
   support::TestBag bag(Bag());
   // The sensor lies on its side: its y axis points down.
-  bag.Write(
-      "/tf_static",
-      bags::kTransformsType,
-      kStart,
-      std::vector<bags::TransformStamped>{
-          {{kStart, "base_link"}, "imu_link", {{}, {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}}});
+  bag.Write("/tf_static",
+            bags::kTransformsType,
+            support::kBagStartNs,
+            std::vector{support::Link(
+                "base_link", "imu_link", {}, {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)})});
   for (int i = 0; i < 2; ++i) {
     bag.Write("/imu",
               bags::kImuType,
-              kStart + i * kS,
-              bags::ImuMessage{{kStart + i * kS, "imu_link"}, {0.1, -0.3, 0.2}});
+              support::kBagStartNs + i * support::kSecondNs,
+              bags::ImuMessage{{support::kBagStartNs + i * support::kSecondNs, "imu_link"},
+                               {0.1, -0.3, 0.2}});
   }
   bag.Commit();
   WheelInputs wheels({}, Bag());
@@ -152,8 +161,10 @@ TEST_F(BagMotionTest, TurnRatesAreAboutTheVerticalOfTheBase) {
 
 TEST_F(BagMotionTest, AGyroWithoutATransformIsTakenToBeUpright) {
   support::TestBag bag(Bag());
-  bag.Write(
-      "/imu", bags::kImuType, kStart, bags::ImuMessage{{kStart, "imu_link"}, {0.1, 0.3, 0.2}});
+  bag.Write("/imu",
+            bags::kImuType,
+            support::kBagStartNs,
+            bags::ImuMessage{{support::kBagStartNs, "imu_link"}, {0.1, 0.3, 0.2}});
   bag.Commit();
   WheelInputs wheels({}, Bag());
   wheels.ReadTo(kAll, [](const auto&) {});

@@ -15,7 +15,10 @@ namespace {
 std::shared_ptr<MemoryBagContent> Content(const std::vector<std::size_t>& topics,
                                           std::size_t bytes = 10) {
   auto content = std::make_shared<MemoryBagContent>();
-  content->topics = {{"/a", "A"}, {"/b", "B"}, {"/c", "C"}};
+  const auto topic = [](const char* name) {
+    return bags::Topic{name, "T", bags::MessageEncoding::kCdr, {}};
+  };
+  content->topics = {topic("/a"), topic("/b"), topic("/c")};
   for (std::size_t i = 0; i < topics.size(); ++i) {
     content->messages.push_back({topics[i],
                                  static_cast<std::int64_t>(i) * 1'000'000'000,
@@ -146,6 +149,19 @@ TEST(BagRecording, DoesNotReadOnBeyondTheTimeOfInterest) {
   EXPECT_EQ(Next(*a), 4);
   EXPECT_FALSE(a->Next(message, 6'000'000'000));
   EXPECT_TRUE(a->Ended());
+}
+
+TEST(BagRecording, AStreamThatIsStoppedReadsNoFurther) {
+  const auto content = Content({0, 1, 1, 0});
+  const auto bag = OpenMemoryBag(content);
+  const auto a = bag->Subscribe(0);
+  EXPECT_EQ(Next(*a), 0);
+  a->Stop();
+  EXPECT_EQ(Next(*a), -1);
+  EXPECT_EQ(content->read, 1);
+  const auto late = bag->Subscribe(1);
+  late->Stop();
+  EXPECT_EQ(Next(*late), -1);
 }
 
 TEST(BagRecording, AllConsumersSeeThatTheFileCannotBeRead) {

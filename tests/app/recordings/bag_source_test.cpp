@@ -30,10 +30,13 @@ std::string Found(const std::shared_ptr<BagRecording>& bag,
   }
 }
 
-const bags::Topic kUp{"/up/image_raw", "sensor_msgs/msg/Image"};
-const bags::Topic kFront{"/front/image_raw/compressed", "sensor_msgs/msg/CompressedImage"};
-const bags::Topic kOdom{"/odom", "nav_msgs/msg/Odometry"};
-const bags::Topic kTf{"/tf", "tf2_msgs/msg/TFMessage"};
+const bags::Topic kUp{"/up/image_raw", "sensor_msgs/msg/Image", MessageEncoding::kCdr, {}};
+const bags::Topic kFront{
+    "/front/image_raw/compressed", "sensor_msgs/msg/CompressedImage", MessageEncoding::kCdr, {}};
+const bags::Topic kOdom{"/odom", "nav_msgs/msg/Odometry", MessageEncoding::kCdr, {}};
+const bags::Topic kJson{"/up", "sensor_msgs/msg/Image", MessageEncoding::kOther, {}};
+const bags::Topic kEmpty{"/up", "sensor_msgs/msg/Image", MessageEncoding::kCdr, 0};
+const bags::Topic kTf{"/tf", "tf2_msgs/msg/TFMessage", MessageEncoding::kCdr, {}};
 
 TEST(FindTopic, TakesTheOnlyOneOfItsUse) {
   const auto bag = BagWith({kOdom, kTf, kUp});
@@ -70,15 +73,10 @@ TEST(FindTopic, ChecksANamedOne) {
 }
 
 TEST(FindTopic, RefusesWhatCannotBeDecodedOrIsEmpty) {
-  EXPECT_EQ(Found(BagWith({{"/up", "sensor_msgs/msg/Image", MessageEncoding::kOther}}),
-                  "",
-                  TopicUse::kImages),
+  EXPECT_EQ(Found(BagWith({kJson}), "", TopicUse::kImages),
             "run.mcap: the messages of /up are serialized neither as by ROS 2 (CDR) nor as by ROS "
             "1; record the topic with rosbag");
-  EXPECT_EQ(Found(BagWith({{"/up", "sensor_msgs/msg/Image", MessageEncoding::kCdr, 0}}),
-                  "",
-                  TopicUse::kImages),
-            "run.mcap: /up holds no messages");
+  EXPECT_EQ(Found(BagWith({kEmpty}), "", TopicUse::kImages), "run.mcap: /up holds no messages");
   EXPECT_EQ(Found(BagWith({}), "", TopicUse::kImages),
             "run.mcap: has no topic of images (sensor_msgs/msg/Image or "
             "sensor_msgs/msg/CompressedImage); its topics are none");

@@ -6,15 +6,12 @@
 #include <limits>
 #include <numbers>
 
+#include "tests/support/test_bag.hpp"
+
 namespace ceilmap::recordings {
 namespace {
 
-bags::TransformStamped Link(const std::string& parent,
-                            const std::string& child,
-                            std::array<double, 3> translation,
-                            std::array<double, 4> rotation = {0, 0, 0, 1}) {
-  return {{0, parent}, child, {translation, rotation}};
-}
+using support::Link;
 
 const double kHalf = std::sqrt(0.5);
 /// The axes of a camera that looks ahead, in REP-103: z ahead, x to the right, y down.

@@ -5,7 +5,7 @@
 namespace ceilmap::recordings {
 namespace {
 
-constexpr std::int64_t kS = 1'000'000'000;
+constexpr std::int64_t kSecond = 1'000'000'000;
 
 TEST(MessageTimes, SecondsAreAsExactAsADoubleIs) {
   EXPECT_EQ(SecondsOf(0), 0);
@@ -16,29 +16,29 @@ TEST(MessageTimes, SecondsAreAsExactAsADoubleIs) {
 
 TEST(MessageTimes, AreThoseOfTheHeaderOrOfTheLog) {
   MessageTimes header(BagStamp::kHeader);
-  EXPECT_EQ(header.Of(5 * kS, 9 * kS), 5 * kS);
-  EXPECT_EQ(header.Of(6 * kS, 9 * kS), 6 * kS);
+  EXPECT_EQ(header.Of(5 * kSecond, 9 * kSecond), 5 * kSecond);
+  EXPECT_EQ(header.Of(6 * kSecond, 9 * kSecond), 6 * kSecond);
   EXPECT_EQ(header.Replaced(), 0);
   MessageTimes log(BagStamp::kLog);
-  EXPECT_EQ(log.Of(0, 9 * kS), 9 * kS);
-  EXPECT_EQ(log.Of(7 * kS, 10 * kS), 10 * kS);
-  EXPECT_EQ(log.Of(8 * kS, 10 * kS), 10 * kS + 1'000'000);
+  EXPECT_EQ(log.Of(0, 9 * kSecond), 9 * kSecond);
+  EXPECT_EQ(log.Of(7 * kSecond, 10 * kSecond), 10 * kSecond);
+  EXPECT_EQ(log.Of(8 * kSecond, 10 * kSecond), 10 * kSecond + 1'000'000);
   EXPECT_EQ(log.Replaced(), 0);
 }
 
 TEST(MessageTimes, AHeaderWithoutATimeTakesThatOfTheLog) {
   MessageTimes times(BagStamp::kHeader);
-  EXPECT_EQ(times.Of(0, 100 * kS), 100 * kS);
-  EXPECT_EQ(times.Of(0, 101 * kS), 101 * kS);
+  EXPECT_EQ(times.Of(0, 100 * kSecond), 100 * kSecond);
+  EXPECT_EQ(times.Of(0, 101 * kSecond), 101 * kSecond);
   EXPECT_EQ(times.Replaced(), 2);
 }
 
 TEST(MessageTimes, AHeaderThatDoesNotRiseGoesOnByTheLog) {
   MessageTimes times(BagStamp::kHeader);
-  EXPECT_EQ(times.Of(5 * kS, 100 * kS), 5 * kS);
-  EXPECT_EQ(times.Of(5 * kS, 102 * kS), 7 * kS);
-  EXPECT_EQ(times.Of(6 * kS, 101 * kS), 7 * kS + 1'000'000) << "the log went back";
-  EXPECT_EQ(times.Of(8 * kS, 103 * kS), 8 * kS);
+  EXPECT_EQ(times.Of(5 * kSecond, 100 * kSecond), 5 * kSecond);
+  EXPECT_EQ(times.Of(5 * kSecond, 102 * kSecond), 7 * kSecond);
+  EXPECT_EQ(times.Of(6 * kSecond, 101 * kSecond), 7 * kSecond + 1'000'000) << "the log went back";
+  EXPECT_EQ(times.Of(8 * kSecond, 103 * kSecond), 8 * kSecond);
   EXPECT_EQ(times.Replaced(), 2);
 }
 
