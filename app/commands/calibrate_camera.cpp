@@ -6,6 +6,7 @@
 
 #include "app/commands/calibrate_commands.hpp"
 #include "app/files/output_files.hpp"
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/board_images.hpp"
 #include "app/reports/camera_calibration_report.hpp"
 #include "app/terminal/console.hpp"
@@ -30,6 +31,7 @@ struct CalibrateCameraOptions {
   bool all_terms = false;
   int max_views = 40;
   std::string name = "camera";
+  recordings::BagOptions bags;
   fs::path report;
   fs::path output;
   fs::path print_board;
@@ -117,7 +119,8 @@ void RunCalibrateCamera(const CalibrateCameraOptions& params,
   calibration::SolverParams solver;
   solver.model = ParseModel(params.model);
   solver.choose_terms = !params.all_terms;
-  calibration::BoardImages images = recordings::FindBoards(params.images, board);
+  calibration::BoardImages images =
+      recordings::FindBoards(params.images, board, params.bags.Topic("image"));
   if (terminal::Interrupted()) throw RunError("interrupted before all images were processed");
   calibration::CameraCalibration calibration = calibration::CalibrateCamera(
       board, std::move(images), solver, static_cast<std::size_t>(params.max_views));
@@ -184,8 +187,10 @@ Command AddCalibrateCameraCommand(CLI::App& calibrate) {
                   "tilted by 30 to 45 degrees to all sides. Do not move it during an exposure.");
   auto params = std::make_shared<CalibrateCameraOptions>();
   CLI::App& cli = *command.cli;
-  cli.add_option("images", params->images, "A folder of images, a video, or several images")
+  cli.add_option(
+         "images", params->images, "A folder of images, a video, a bag of ROS, or several images")
       ->type_name("SOURCE");
+  params->bags.AddTo(cli, {"image"});
   AddBoardOptions(cli, *params);
   const auto add =
       [&](const char* name, auto& value, const char* text, const char* type, const char* group) {

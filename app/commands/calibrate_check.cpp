@@ -8,6 +8,9 @@
 
 #include "app/commands/calibrate_commands.hpp"
 #include "app/files/tum.hpp"
+#include "app/recordings/bag_motion.hpp"
+#include "app/recordings/bag_options.hpp"
+#include "app/recordings/bag_rig.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_recording.hpp"
 #include "app/recordings/rig_warnings.hpp"
@@ -16,6 +19,7 @@
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/stamped_pose.hpp"
 #include "compensation/mount/drive_check.hpp"
 
 namespace fs = std::filesystem;
@@ -28,6 +32,7 @@ struct CalibrateCheckOptions {
   std::string up;
   fs::path stamps;
   fs::path odometry;
+  recordings::BagOptions bags;
   std::optional<double> distance_m;
   std::string first_turn;
   double seconds = 60;
@@ -42,9 +47,29 @@ void Check(const CalibrateCheckOptions& params) {
   }
 }
 
+std::vector<StampedPose> PosesOf(const files::OdometryRecording& odometry,
+                                 const std::string& name) {
+  if (odometry.poses.empty()) {
+    throw InputError(fmt::format("{}: its odometry has speeds only, must have poses", name));
+  }
+  std::vector<StampedPose> poses;
+  poses.reserve(odometry.poses.size());
+  for (const wheels::OdometrySample& sample : odometry.poses) {
+    poses.push_back(ToStampedPose(sample.stamp_s, sample.T_odom_base));
+  }
+  return poses;
+}
+
 mount::DriveKnowledge KnowledgeOf(const CalibrateCheckOptions& params) {
   mount::DriveKnowledge knowledge;
-  if (!params.odometry.empty()) knowledge.odometry = files::ReadTum(params.odometry);
+  if (!params.odometry.empty()) {
+    knowledge.odometry =
+        recordings::IsBag(params.odometry.string())
+            ? PosesOf(recordings::ReadBagOdometry(params.odometry.string(),
+                                                  params.bags.TopicAlone("odometry")),
+                      params.odometry.string())
+            : files::ReadTum(params.odometry);
+  }
   knowledge.distance_m = params.distance_m;
   if (params.first_turn == "left") knowledge.first_turn = mount::TurnDirection::kLeft;
   if (params.first_turn == "right") knowledge.first_turn = mount::TurnDirection::kRight;
@@ -63,10 +88,12 @@ void CheckTurns(const reports::RigCheck& check) {
                   kLeastTurnDeg));
 }
 
-void RunCalibrateCheck(const CalibrateCheckOptions& params,
+void RunCalibrateCheck(CalibrateCheckOptions params,
                        const CommonOptions& common,
                        terminal::Summary& out) {
   const auto start = std::chrono::steady_clock::now();
+  params.bags.CheckMain("up", params.up);
+  params.odometry = params.bags.Complete("odometry", params.odometry.string(), "up", params.up);
   Check(params);
   const mount::DriveKnowledge knowledge = KnowledgeOf(params);
   reports::RigCheck check;
@@ -75,11 +102,14 @@ void RunCalibrateCheck(const CalibrateCheckOptions& params,
     throw InputError(fmt::format("{}: has no upward camera (cameras: up)", params.rig.string()));
   }
   recordings::PrintRigWarnings(check.rig);
-  recordings::FrameSource source(params.up, {.stamps = params.stamps});
+  recordings::FrameSource source(params.up,
+                                 {.stamps = params.stamps, .bag = params.bags.Topic("up")});
   check.source = source.Name();
   check.has_stamps = source.Stamps() != recordings::StampOrigin::kFrameIndex;
   check.has_odometry = !knowledge.odometry.empty();
   check.size = source.Size();
+  recordings::PrintCameraDifference(
+      params.up, params.bags.Topic("up"), "up", *check.rig.up, check.rig);
   // The intrinsics are those of one size.
   if (check.size == check.rig.up->camera.Size()) {
     const calib::CeilingView view(*check.rig.up, check.rig.ceiling_height_m);
@@ -120,7 +150,10 @@ Command AddCalibrateCheckCommand(CLI::App& calibrate) {
       "ceilmap calibrate check --rig rig.yaml --up drive.mp4 --stamps frames.csv\n"
       "  ceilmap calibrate check --rig rig.yaml --up drive.mp4 --stamps frames.csv --odometry "
       "wheels.tum\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "  ceilmap calibrate check --rig rig.yaml --up drive.mcap --odometry-topic /odom\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<CalibrateCheckOptions>();
   CLI::App& cli = *command.cli;
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
@@ -146,6 +179,7 @@ Command AddCalibrateCheckCommand(CLI::App& calibrate) {
       "Direction of the robot's first turn, left or right: checks whether the images are mirrored",
       "SIDE")
       ->check(CLI::IsMember({"left", "right"}));
+  params->bags.AddTo(cli, {"up", "odometry"});
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunCalibrateCheck(*params, common, summary);
   };

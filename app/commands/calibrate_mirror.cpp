@@ -10,6 +10,7 @@
 
 #include "app/commands/calibrate_commands.hpp"
 #include "app/files/output_files.hpp"
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/images.hpp"
 #include "app/recordings/panorama_source.hpp"
@@ -38,6 +39,7 @@ struct CalibrateMirrorOptions {
   fs::path stamps;
   fs::path rig;
   std::string ring;
+  recordings::BagOptions bags;
   fs::path panorama;
   fs::path report;
   fs::path output;
@@ -80,7 +82,9 @@ MirrorObservation ObserveImage(const std::string& file) {
 
 MirrorObservation ObserveRecording(const CalibrateMirrorOptions& params) {
   recordings::FrameSource source(params.omni,
-                                 {.pixels = recordings::Pixels::kColour, .stamps = params.stamps});
+                                 {.pixels = recordings::Pixels::kColour,
+                                  .stamps = params.stamps,
+                                  .bag = params.bags.Topic("omni")});
   terminal::Progress progress("searching", "frames", source.ExpectedFrames());
   MirrorObservation observation;
   calibration::MirrorActivity activity;
@@ -247,6 +251,7 @@ void PrintReport(const MirrorObservation& observation, const terminal::Summary& 
 void RunCalibrateMirror(const CalibrateMirrorOptions& params,
                         const CommonOptions& common,
                         terminal::Summary& summary) {
+  params.bags.CheckMain("omni", params.omni);
   params.Check(common.Existing());
   std::optional<calib::MirrorRing> by_hand;
   if (!params.ring.empty()) by_hand = recordings::ParseRing(params.ring, "--ring");
@@ -279,7 +284,9 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
       "recording of a turning robot.",
       "ceilmap calibrate mirror --omni turn.mp4 --rig rig.yaml -o new.yaml --report mirror\n"
       "  ceilmap calibrate mirror --omni image.jpg --panorama panorama.png\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<CalibrateMirrorOptions>();
   CLI::App& cli = *command.cli;
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
@@ -313,6 +320,7 @@ Command AddCalibrateMirrorCommand(CLI::App& calibrate) {
       "New folder for the image with circles and edge points, a panorama, tables",
       "DIR")
       ->group(result);
+  params->bags.AddTo(cli, {"omni"});
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunCalibrateMirror(*params, common, summary);
   };

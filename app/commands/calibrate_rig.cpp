@@ -90,7 +90,8 @@ cv::Size ForwardSize(const CalibrateRigOptions& params) {
   std::string first;
   for (const recordings::RigRecording& recording : {params.Spin(), params.Straight()}) {
     if (recording.forward.empty()) continue;
-    const recordings::SynchronizedStream forward(recording.forward, recording.stamps);
+    const recordings::SynchronizedStream forward(
+        recording.forward, recording.stamps, params.bags.TopicAlone("forward"));
     if (first.empty()) {
       first = recording.forward;
       size = forward.Size();
@@ -177,15 +178,15 @@ std::optional<mount::ForwardMount> CalibrateForward(const CalibrateRigOptions& p
 // The samples of a recording.
 mount::DriveSensors SensorsOf(const fs::path& odometry,
                               const fs::path& gyro,
+                              const recordings::BagOptions& bags,
                               double axle_behind_m) {
   mount::DriveSensors sensors;
   sensors.wheels = wheels::DeadReckoning({}, axle_behind_m);
   constexpr double kAll = std::numeric_limits<double>::infinity();
-  recordings::WheelInputs(odometry, {}).ReadTo(kAll, [&](const auto& sample) {
-    sensors.wheels.Add(sample);
-  });
-  recordings::WheelInputs({}, gyro).ReadTo(kAll,
-                                           [&](const auto& sample) { sensors.gyro.Add(sample); });
+  recordings::WheelInputs(odometry, {}, bags.TopicAlone("odometry"))
+      .ReadTo(kAll, [&](const auto& sample) { sensors.wheels.Add(sample); });
+  recordings::WheelInputs({}, gyro, {}, bags.TopicAlone("gyro"))
+      .ReadTo(kAll, [&](const auto& sample) { sensors.gyro.Add(sample); });
   return sensors;
 }
 
@@ -222,8 +223,8 @@ std::optional<mount::WheelConstants> CalibrateWheels(const CalibrateRigOptions& 
   const double behind_m = up.axle_behind_mast_m.value;
   const mount::WheelConstants found = mount::MeasureWheelConstants(
       up,
-      SensorsOf(params.spin_odometry, params.spin_gyro, behind_m),
-      SensorsOf(params.straight_odometry, params.straight_gyro, behind_m),
+      SensorsOf(params.spin_odometry, params.spin_gyro, params.bags, behind_m),
+      SensorsOf(params.straight_odometry, params.straight_gyro, params.bags, behind_m),
       rig.wheels.value_or(wheels::WheelModel{}));
   CheckAgreement(params.spin_odometry, found.wheels.spin, found.wheels.both);
   CheckAgreement(params.straight_odometry, found.wheels.straight, found.wheels.both);
@@ -232,10 +233,11 @@ std::optional<mount::WheelConstants> CalibrateWheels(const CalibrateRigOptions& 
   return found;
 }
 
-void RunCalibrateRig(const CalibrateRigOptions& params,
+void RunCalibrateRig(CalibrateRigOptions params,
                      const CommonOptions& common,
                      terminal::Summary& out) {
   const auto start = steady_clock::now();
+  params.TakeBags();
   params.Check(common.Existing());
   const fs::path& file = params.rig.empty() ? params.camera : params.rig;
   const std::string text = KnownRig(params);
@@ -244,8 +246,11 @@ void RunCalibrateRig(const CalibrateRigOptions& params,
     rig.up->T_base_cam.translation().z() = *params.camera_height_m;
   }
   const cv::Size forward_size = ForwardSize(params);
-  recordings::FrameSource spin_source(params.spin, {.stamps = params.spin_stamps});
-  recordings::FrameSource straight_source(params.straight, {.stamps = params.straight_stamps});
+  // Each is read alone: one after the other.
+  const recordings::BagTopic up_topic = params.bags.TopicAlone("up");
+  recordings::FrameSource spin_source(params.spin, {.stamps = params.spin_stamps, .bag = up_topic});
+  recordings::FrameSource straight_source(params.straight,
+                                          {.stamps = params.straight_stamps, .bag = up_topic});
   const cv::Size size = spin_source.Size();
   CheckSameSize(params.spin, size, params.straight, straight_source.Size());
   const std::vector<calib::CameraScaling> scalings = FitRig(params, size, forward_size, rig);
@@ -319,7 +324,12 @@ Command AddCalibrateRigCommand(CLI::App& calibrate) {
       "  ceilmap calibrate rig --rig rough.yaml --spin spin.mp4 --spin-odometry spin.csv "
       "--straight "
       "straight.mp4 --straight-odometry straight.csv --ceiling-height 2.6 -o rig.yaml\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "  ceilmap calibrate rig --rig rough.yaml --spin spin.mcap --straight straight.mcap "
+      "--up-topic "
+      "/up/image_raw --ceiling-height 2.6 -o rig.yaml\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<CalibrateRigOptions>();
   params->AddTo(*command.cli);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -41,6 +41,21 @@ void CalibrateRigOptions::Check(files::Existing existing) const {
   if (!report.empty()) files::CheckOutputFolder(report, existing);
 }
 
+void CalibrateRigOptions::TakeBags() {
+  const auto take = [this](const char* option,
+                           const std::string& up,
+                           std::string& forward,
+                           std::filesystem::path& odometry,
+                           std::filesystem::path& gyro) {
+    bags.CheckMain("up", up);
+    forward = bags.Complete("forward", forward, option, up);
+    odometry = bags.Complete("odometry", odometry.string(), option, up);
+    gyro = bags.Complete("gyro", gyro.string(), option, up);
+  };
+  take("spin", spin, spin_forward, spin_odometry, spin_gyro);
+  take("straight", straight, straight_forward, straight_odometry, straight_gyro);
+}
+
 void CalibrateRigOptions::AddInput(CLI::App& cli) {
   const auto add = [&cli](const char* name, auto& value, const char* text, const char* type) {
     return cli.add_option(name, value, text)->type_name(type)->group("Input");
@@ -123,6 +138,7 @@ void CalibrateRigOptions::AddTo(CLI::App& cli) {
   AddTape(cli);
   AddForward(cli);
   AddWheels(cli);
+  bags.AddTo(cli, {"up", "forward", "odometry", "gyro"});
   cli.add_option(
          "--lens-sigma",
          lens_sigma_px,

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/files/output_files.hpp"
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/rig_recording.hpp"
 #include "calib/solve/rig_solver.hpp"
 #include "compensation/mount/up_mount.hpp"
@@ -26,6 +27,7 @@ struct CalibrateRigOptions {
   std::filesystem::path straight_odometry;
   std::filesystem::path spin_gyro;
   std::filesystem::path straight_gyro;
+  recordings::BagOptions bags;  ///< of both drives
   std::optional<double> camera_height_m;
   mount::TapeMeasures tape;
   double lens_sigma_px = calibration::RigSolverParams{}.lens_sigma_px;
@@ -34,16 +36,23 @@ struct CalibrateRigOptions {
 
   /// Adds all of them to the command.
   void AddTo(CLI::App& cli);
+  /// Takes the bag of a drive where only a topic is given. @throws InputError
+  void TakeBags();
   /// Checks everything that can be checked without the recordings. @throws InputError
   void Check(files::Existing existing) const;
 
   [[nodiscard]] bool HasWheels() const;
   /// The recordings, with the forward camera where there is one.
   [[nodiscard]] recordings::RigRecording Spin() const {
-    return {spin, spin_forward, spin_stamps, {}};
+    return {spin, spin_forward, spin_stamps, bags.TopicAlone("up"), bags.TopicAlone("forward"), {}};
   }
   [[nodiscard]] recordings::RigRecording Straight() const {
-    return {straight, straight_forward, straight_stamps, {}};
+    return {straight,
+            straight_forward,
+            straight_stamps,
+            bags.TopicAlone("up"),
+            bags.TopicAlone("forward"),
+            {}};
   }
 
  private:

@@ -364,7 +364,9 @@ Command AddCompassQueryCommand(CLI::App& compass) {
       "heading.csv\n"
       "  ceilmap compass query lab.colours --rig rig.yaml --forward again.mp4 --truth truth.tum "
       "--plot figures -o heading.csv\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<QueryOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("model", params->model, "What 'compass learn' made")

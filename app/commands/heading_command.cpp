@@ -46,9 +46,16 @@ struct HeadingOptions {
   std::optional<std::int64_t> plot_frame;
   SettingsOptions settings;
 
+  // Wheels and gyro may be in the bag of the images. @throws InputError
+  void TakeBag();
   // Checks everything that can be checked without the recording. @throws InputError
   void Check(files::Existing existing) const;
 };
+
+void HeadingOptions::TakeBag() {
+  panorama.bags.CheckMain("omni", panorama.Source());
+  wheels.TakeBag(panorama.bags, panorama.omni.empty() ? "panorama" : "omni", panorama.Source());
+}
 
 void HeadingOptions::Check(files::Existing existing) const {
   panorama.Check();
@@ -111,7 +118,10 @@ void CheckPlotFrame(const HeadingOptions& params, const recordings::FrameSource&
 // Wheels and gyro of the robot, beside its panoramas.
 struct KnownTurns {
   explicit KnownTurns(const HeadingOptions& params, const recordings::PanoramaSource& source)
-      : inputs(params.wheels.odometry, params.wheels.gyro),
+      : inputs(params.wheels.odometry,
+               params.wheels.gyro,
+               params.panorama.bags.Topic("odometry"),
+               params.panorama.bags.Topic("gyro")),
         wheels(source.Rig() ? source.Rig()->wheels.value_or(wheels::WheelModel{})
                             : wheels::WheelModel{},
                source.Rig() ? source.Rig()->axle_behind_mast_m : 0,
@@ -236,10 +246,9 @@ void Report(const recordings::PanoramaSource& source,
   }
 }
 
-void RunHeading(const HeadingOptions& params,
-                const CommonOptions& common,
-                terminal::Summary& summary) {
+void RunHeading(HeadingOptions params, const CommonOptions& common, terminal::Summary& summary) {
   const auto start = steady_clock::now();
+  params.TakeBag();
   params.Check(common.Existing());
   CommandSettings settings = params.settings.Read();
   settings.compass = params.compass.Resolve(settings.compass);
@@ -248,6 +257,7 @@ void RunHeading(const HeadingOptions& params,
   if (!params.truth.empty()) truth = files::ReadTum(params.truth);
   std::optional<figures::FigureFolder> figures;
   if (!params.plot.empty()) figures.emplace(params.plot, common.Existing());
+  params.wheels.Reserve(params.panorama.bags);
   recordings::PanoramaSource source(ForMethod(params.panorama, params.compass.method));
   CheckPlotFrame(params, source.Source());
   const std::unique_ptr<compass::Compass> compass = labrosse::MakeCompass(settings.compass);
@@ -315,10 +325,16 @@ Command AddHeadingCommand(CLI::App& program) {
       "heading.csv\n"
       "  ceilmap heading --ring 320,240,60,230 --omni omni.avi -o heading.csv --plot figures\n"
       "  ceilmap heading --panorama panoramas --azimuth rising -o heading.csv\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "  ceilmap heading --rig rig.yaml --omni run.mcap --omni-topic /omni/image_raw --gyro-topic "
+      "/imu "
+      "-o heading.csv\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<HeadingOptions>();
   CLI::App& cli = *command.cli;
   params->panorama.AddTo(cli, "Input", "Unwrapping");
+  params->panorama.bags.AddTo(cli, {"omni", "odometry", "gyro"});
   params->compass.AddTo(cli, "Compass");
   params->settings.AddTo(cli);
   cli.add_option("--travel",

@@ -5,9 +5,11 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "app/bags/bag_reader.hpp"
 #include "app/commands/commands.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/rig_warnings.hpp"
+#include "app/reports/bag_report.hpp"
 #include "app/reports/height_summary.hpp"
 #include "app/reports/map_quality.hpp"
 #include "app/reports/rig_drawing.hpp"
@@ -203,10 +205,29 @@ void ReportRig(const InfoOptions& params, const CommonOptions& common, terminal:
   if (!params.json && !common.quiet) fmt::print("written {}\n", params.drawing.string());
 }
 
+void ReportBag(const InfoOptions& params, terminal::Summary& summary) {
+  if (!params.drawing.empty()) {
+    throw InputError("--svg: is the drawing of a rig; give RIG.yaml");
+  }
+  const reports::BagContent content = reports::InspectBag(params.file);
+  summary.frames = content.messages;
+  for (const std::string& warning : content.warnings) terminal::PrintWarning(warning);
+  if (params.json) {
+    using Handler = ordered_json::error_handler_t;
+    fmt::print("{}\n", reports::ToJson(content).dump(2, ' ', false, Handler::replace));
+    return;
+  }
+  fmt::print("{}\n{}",
+             reports::FactsOf(content).Format(terminal::Table::Numbers::kLeft),
+             reports::TopicsOf(content).Format());
+}
+
 void RunInfo(const InfoOptions& params, const CommonOptions& common, terminal::Summary& summary) {
   const fs::path extension = params.file.extension();
   if (extension == ".yaml" || extension == ".yml") {
     ReportRig(params, common, summary);
+  } else if (bags::BagReader::IsBag(params.file)) {
+    ReportBag(params, summary);
   } else {
     ReportMap(params, summary);
   }
@@ -218,14 +239,15 @@ Command AddInfoCommand(CLI::App& program) {
   Command command = MakeCommand(
       program,
       "info",
-      "Reports the content and quality of a map (size, coverage, heights, loops, weak spots), or "
-      "what a rig means: what its cameras see, and how they are mounted.",
+      "Reports the content and quality of a map (size, coverage, heights, loops, weak spots), "
+      "what a rig means (what its cameras see, and how they are mounted), or the topics of a bag.",
       "ceilmap info lab.gpkg --json\n"
+      "  ceilmap info run.mcap\n"
       "  ceilmap info rig.yaml --svg rig.svg");
   auto params = std::make_shared<InfoOptions>();
-  command.cli->add_option("file", params->file, "The map or the rig")
+  command.cli->add_option("file", params->file, "The map, the rig or the bag")
       ->required()
-      ->type_name("MAP.gpkg|RIG.yaml");
+      ->type_name("MAP.gpkg|RIG.yaml|BAG");
   command.cli->add_flag("--json", params->json, "One JSON object instead of a table");
   command.cli
       ->add_option("--svg", params->drawing, "Drawing of the rig: axes, cameras, what they see")

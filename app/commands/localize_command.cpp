@@ -15,6 +15,8 @@
 #include "app/files/trajectory_file.hpp"
 #include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
+#include "app/recordings/bag_options.hpp"
+#include "app/recordings/bag_rig.hpp"
 #include "app/recordings/bitrate.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_warnings.hpp"
@@ -43,11 +45,13 @@ using std::chrono::steady_clock;
 struct LocalizeOptions {
   fs::path map;
   fs::path rig;
+  bool rig_from_bag = false;
   std::string up;
   fs::path stamps;
   std::string start;
   std::string start_spread = "0.5,10";
   SensorOptions sensors;
+  recordings::BagOptions bags;
   std::string heading_zero = "first";
   fs::path output;
   fs::path status;
@@ -65,6 +69,9 @@ struct LocalizeOptions {
 
 void LocalizeOptions::Check(files::Existing existing) const {
   sensors.Check(true);
+  if (rig_from_bag && !rig.empty()) {
+    throw InputError("--rig-from-bag and --rig: give one of the two");
+  }
   if (predicted && sensors.wheels.odometry.empty()) {
     throw InputError("--predicted: poses are predicted by wheels; give --odometry");
   }
@@ -264,7 +271,15 @@ page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader
 
 calib::Rig RigFor(const LocalizeOptions& params) {
   if (!params.rig.empty()) return calib::ReadRig(params.rig);
-  const std::string text = store::MapReader(params.map).Metadata().rig_yaml;
+  const store::MapMetadata map = store::MapReader(params.map).Metadata();
+  if (params.rig_from_bag) {
+    return recordings::ReadBagRig(params.up,
+                                  params.bags.Topic("up"),
+                                  params.sensors.forward,
+                                  params.bags.Topic("forward"),
+                                  map.ceiling_height_m);
+  }
+  const std::string& text = map.rig_yaml;
   if (text.empty()) {
     throw InputError(fmt::format("{}: was made without a rig; give --rig", params.map.string()));
   }
@@ -279,22 +294,42 @@ calib::Rig RigFor(const LocalizeOptions& params) {
   }
 }
 
-void RunLocalize(const LocalizeOptions& params,
-                 const CommonOptions& common,
-                 terminal::Summary& summary) {
+recordings::SensorFiles FilesFor(const LocalizeOptions& params) {
+  const HeadingFrame headings_frame =
+      params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
+  return params.sensors.Files(true, params.stamps, headings_frame, params.bags);
+}
+
+void PrintNotes(const LocalizeOptions& params, const reports::LocalizeResult& result) {
+  if (terminal::Interrupted()) {
+    terminal::PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
+  }
+  if (result.stamps == recordings::StampOrigin::kFrameIndex) {
+    terminal::Note("no --stamps: images are taken to be one second apart");
+  }
+  if (params.rig.empty() && !params.rig_from_bag) {
+    terminal::Note("no --rig: the camera is taken to be that of the robot that made the map");
+  }
+}
+
+void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::Summary& summary) {
   const auto start = steady_clock::now();
+  params.sensors.TakeBag(params.bags, params.up);
   params.Check(common.Existing());
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
   localizer_params.localization = params.ForLocalizer(settings.localization);
   std::optional<calib::Rig> rig = RigFor(params);
+  const recordings::SensorFiles files = FilesFor(params);
+  recordings::ReserveTopics(files);
   recordings::FrameSource source(
-      params.up, recordings::FrameSourceOptions{.stamps = params.stamps}.ForNewest());
+      params.up,
+      recordings::FrameSourceOptions{.stamps = params.stamps, .bag = params.bags.Topic("up")}
+          .ForNewest());
   const auto scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
-  const HeadingFrame headings_frame =
-      params.heading_zero == "map" ? HeadingFrame::kMap : HeadingFrame::kRelative;
-  recordings::SensorInputs sensors(params.sensors.Files(true, params.stamps, headings_frame), rig);
+  recordings::SensorInputs sensors(files, rig);
+  params.bags.Bags().ReleaseReserved();
   localizer_params.sensors = sensors.Params(settings.sensors);
   robot::CeilingLocalizer localizer(params.map, *rig, localizer_params);
   const store::MapReader& map = localizer.Map();
@@ -303,6 +338,9 @@ void RunLocalize(const LocalizeOptions& params,
   Results results(params, calib::LevelView(localizer.View()));
   live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
   if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
+  if (!params.rig_from_bag) {
+    recordings::PrintCameraDifferences(*rig, params.up, params.bags.Topic("up"), files);
+  }
   LocateFrames(source, sensors, localizer, results, watch, result);
   result.sensors = {&sensors, localizer.Sensed()};
   for (const std::string& warning : source.Warnings()) terminal::PrintWarning(warning);
@@ -321,15 +359,7 @@ void RunLocalize(const LocalizeOptions& params,
   }
   results.Commit(params, summary);
   params.sensors.wheels.WriteRig(*rig, result.sensors.report.wheels, summary);
-  if (terminal::Interrupted()) {
-    terminal::PrintNote(fmt::format("interrupted: {} frames were located", result.report.frames));
-  }
-  if (source.Stamps() == recordings::StampOrigin::kFrameIndex) {
-    terminal::Note("no --stamps: images are taken to be one second apart");
-  }
-  if (params.rig.empty()) {
-    terminal::Note("no --rig: the camera is taken to be that of the robot that made the map");
-  }
+  PrintNotes(params, result);
   reports::ReportScalings(scaling, sensors);
   WarnOfScale(*rig, map.Metadata(), result);
   const reports::Coverage coverage = reports::CoverageOf(result);
@@ -354,7 +384,11 @@ Command AddLocalizeCommand(CLI::App& program) {
       "localize",
       "Localizes a robot on a map of the ceiling, from any start, and tracks it.",
       "ceilmap localize lab.gpkg --rig rig2.yaml --up up2.mp4 --stamps frames2.csv -o robot2.tum\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "  ceilmap localize lab.gpkg --rig rig2.yaml --up run.mcap --up-topic /up/image_raw -o "
+      "robot2.tum\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<LocalizeOptions>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
@@ -366,6 +400,10 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("map", params->map, "The map, made with --rig", "MAP.gpkg")->required()->group(input);
   add("--rig", params->rig, "This robot's cameras [those of the map's robot]", "RIG.yaml")
       ->group(input);
+  cli.add_flag("--rig-from-bag",
+               params->rig_from_bag,
+               "Without --rig: the cameras by the camera_info and /tf_static of the bag of --up")
+      ->group(input);
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
       ->group(input);
@@ -376,6 +414,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       ->group(prior);
   params->sensors.AddTo(cli, input, prior, result);
   params->sensors.AddModelTo(cli, prior);
+  params->bags.AddTo(cli, SensorOptions::BagSources());
   add("--heading-zero",
       params->heading_zero,
       "Zero direction of the headings: the first frame (or any other unknown direction), or the "

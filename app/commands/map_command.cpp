@@ -15,6 +15,7 @@
 #include "app/files/arguments.hpp"
 #include "app/files/output_files.hpp"
 #include "app/live/run_watch.hpp"
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/bitrate.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/rig_warnings.hpp"
@@ -46,6 +47,7 @@ struct MapOptions {
   std::optional<double> resolution;
   bool append = false;
   SensorOptions sensors;
+  recordings::BagOptions bags;
   fs::path output;
   fs::path trajectory;
   bool predicted = false;
@@ -62,6 +64,7 @@ void MapOptions::Resolve(files::Existing existing) {
     throw InputError("--origin: with --append the map has its origin already; leave it out");
   }
   rig.Check();
+  sensors.TakeBag(bags, up);
   if (rig.IsNominal() && !(sensors.forward.empty() && sensors.omni.empty())) {
     throw InputError(fmt::format("{}: --fov describes the upward camera alone; give --rig",
                                  sensors.forward.empty() ? "--omni" : "--forward"));
@@ -220,12 +223,17 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"mapping", "sensors"});
   std::optional<calib::Rig> rig = params.rig.ReadFile();
-  recordings::FrameSource source(params.up, {.stamps = params.stamps});
+  const recordings::SensorFiles files = params.sensors.Files(
+      params.rig.IsGiven(), params.stamps, HeadingFrame::kRelative, params.bags);
+  if (params.rig.from_bag) rig = params.rig.OfBag(params.up, files.forward, params.bags);
+  recordings::ReserveTopics(files);
+  recordings::FrameSource source(params.up,
+                                 {.stamps = params.stamps, .bag = params.bags.Topic("up")});
   if (params.rig.IsNominal()) rig = params.rig.Nominal(source.Size());
   std::optional<calib::CameraScaling> scaling;
   if (rig) scaling = calib::FitUpCamera(*rig, source.Name(), source.Size());
-  recordings::SensorInputs sensors(
-      params.sensors.Files(rig.has_value(), params.stamps, HeadingFrame::kRelative), rig);
+  recordings::SensorInputs sensors(files, rig);
+  params.bags.Bags().ReleaseReserved();
   robot::CeilingMapper mapper =
       MakeMapper(rig, source, params, MapperParamsFor(params, common, sensors, settings));
   const std::string unit = mapper.Metadata().unit;
@@ -235,6 +243,9 @@ void RunMap(MapOptions params, const CommonOptions& common, terminal::Summary& s
   page.unit = unit;
   live::RunWatch watch(params.watch, params.up, std::move(page), mapper.View());
   if (rig && !params.rig.IsNominal()) recordings::PrintRigWarnings(*rig);
+  if (!params.rig.file.empty()) {
+    recordings::PrintCameraDifferences(*rig, params.up, params.bags.Topic("up"), files);
+  }
   MapTrajectories trajectories(params.trajectory, params.sensors.uncompensated, params.predicted);
   reports::MapResult result;
   MapFrames(source, sensors, mapper, trajectories, watch, result);
@@ -275,7 +286,12 @@ Command AddMapCommand(CLI::App& program) {
       "Creates a map of the ceiling, and the robot's trajectory, from a recording.",
       "ceilmap map --rig rig.yaml --up up.mp4 --stamps frames.csv -o lab.gpkg --trajectory "
       "lab.tum\n"
-      "A SOURCE is a video file, a folder or printf pattern of images, /dev/videoN, or a URL.");
+      "  ceilmap map --rig rig.yaml --up run.mcap --up-topic /up/image_raw --odometry-topic /odom "
+      "-o "
+      "lab.gpkg\n"
+      "A SOURCE is a video file, a folder or printf pattern of images, a bag of ROS, /dev/videoN, "
+      "or "
+      "a URL.");
   auto params = std::make_shared<MapOptions>();
   CLI::App& cli = *command.cli;
   const std::string input = "Input";
@@ -300,6 +316,7 @@ Command AddMapCommand(CLI::App& program) {
   add("--trajectory", params->trajectory, "Poses of all frames found; T.mcap: a bag", "T.tum")
       ->group(result);
   params->sensors.AddTo(cli, input, input, result);
+  params->bags.AddTo(cli, SensorOptions::BagSources());
   cli.add_flag("--predicted",
                params->predicted,
                "Write poses also of frames that only --odometry places (status predicted)")

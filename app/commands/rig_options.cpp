@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/recordings/bag_rig.hpp"
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/nominal_rig.hpp"
@@ -33,16 +34,25 @@ void RigOptions::AddTo(CLI::App& cli, const std::string& group) {
       "Without --rig: the field of view across the width of the upward images, for a first map in "
       "metres",
       "DEG");
+  cli.add_flag("--rig-from-bag",
+               from_bag,
+               "Without --rig: the cameras by the camera_info and /tf_static of the bag of --up; "
+               "needs --ceiling-height")
+      ->group(group);
   add("--ceiling-height",
       ceiling_height_m,
-      "With --fov: height of the ceiling above the floor; without --camera-height, above the "
-      "camera",
+      "With --fov or --rig-from-bag: height of the ceiling above the floor; with --fov and without "
+      "--camera-height, above the camera",
       "M");
   add("--camera-height", camera_height_m, "With --fov: height of the camera above the floor", "M");
 }
 
 void RigOptions::Check() const {
   const bool nominal = fov_deg || ceiling_height_m || camera_height_m;
+  if (from_bag) {
+    CheckFromBag();
+    return;
+  }
   if (!nominal) return;
   if (!file.empty()) {
     throw InputError(fmt::format(
@@ -76,6 +86,31 @@ void RigOptions::Check() const {
   }
 }
 
+void RigOptions::CheckFromBag() const {
+  if (!file.empty() || fov_deg || camera_height_m) {
+    throw InputError(
+        fmt::format("--rig-from-bag and {}: give one of the two",
+                    !file.empty() ? "--rig" : (fov_deg ? "--fov" : "--camera-height")));
+  }
+  if (!ceiling_height_m) {
+    throw InputError(
+        "--rig-from-bag: a bag does not state the height of the ceiling; give --ceiling-height M, "
+        "above the floor");
+  }
+  CheckRange("--ceiling-height",
+             ceiling_height_m,
+             kMinCeilingM,
+             calib::NominalCamera::kMaxHeightM,
+             "in metres above the floor");
+}
+
+calib::Rig RigOptions::OfBag(const std::string& up,
+                             const std::string& forward,
+                             const recordings::BagOptions& bags) const {
+  return recordings::ReadBagRig(
+      up, bags.Topic("up"), forward, bags.Topic("forward"), *ceiling_height_m);
+}
+
 std::optional<calib::Rig> RigOptions::ReadFile() const {
   if (file.empty()) return std::nullopt;
   return calib::ReadRig(file);
@@ -87,7 +122,7 @@ calib::Rig RigOptions::Nominal(cv::Size size) const {
 }
 
 std::string RigOptions::Assumption() const {
-  if (!file.empty()) return "";
+  if (!file.empty() || from_bag) return "";
   if (!fov_deg) return "no --rig: lengths are in pixels of the recording, not in metres";
   return fmt::format(
       "--fov {:g}: lengths in metres are as exact as this angle and the {:g} m from the camera to "

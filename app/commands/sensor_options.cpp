@@ -82,6 +82,17 @@ void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
       ->group(priors);
 }
 
+std::vector<std::string> SensorOptions::BagSources() {
+  return {"up", "forward", "omni", "odometry", "gyro"};
+}
+
+void SensorOptions::TakeBag(const recordings::BagOptions& bags, const std::string& up) {
+  bags.CheckMain("up", up);
+  forward = bags.Complete("forward", forward, "up", up);
+  omni = bags.Complete("omni", omni, "up", up);
+  wheels.TakeBag(bags, "up", up);
+}
+
 void SensorOptions::Check(bool have_rig) const {
   if (!wheels.gyro.empty() && wheels.odometry.empty()) {
     throw InputError("--gyro: gives the turn beside the travel of the wheels; give --odometry");
@@ -96,7 +107,8 @@ void SensorOptions::Check(bool have_rig) const {
 
 recordings::SensorFiles SensorOptions::Files(bool have_rig,
                                              const std::filesystem::path& stamps,
-                                             HeadingFrame headings_frame) const {
+                                             HeadingFrame headings_frame,
+                                             const recordings::BagOptions& bags) const {
   recordings::SensorFiles files;
   files.forward = forward;
   files.forward_stamps = forward_stamps;
@@ -106,6 +118,10 @@ recordings::SensorFiles SensorOptions::Files(bool have_rig,
   files.heading_model = heading_model;
   files.odometry = wheels.odometry;
   files.gyro = wheels.gyro;
+  files.forward_topic = bags.Topic("forward");
+  files.omni_topic = bags.Topic("omni");
+  files.odometry_topic = bags.Topic("odometry");
+  files.gyro_topic = bags.Topic("gyro");
   files.headings_frame = headings_frame;
   files.stamps = stamps;
   if (have_rig && tilt != "none") {

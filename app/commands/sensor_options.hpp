@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "app/commands/wheel_options.hpp"
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/sensor_inputs.hpp"
 
 namespace ceilmap::commands {
@@ -29,12 +31,17 @@ struct SensorOptions {
              const std::string& results);
   /// Adds --heading-model, for commands where headings may be absolute.
   void AddModelTo(CLI::App& cli, const std::string& priors);
+  /// The names of the sources for recordings::BagOptions, the upward camera first.
+  static std::vector<std::string> BagSources();
+  /// Takes the bag of the upward camera where only a topic is given. @throws InputError
+  void TakeBag(const recordings::BagOptions& bags, const std::string& up);
   /// Checks what can be checked without opening a file. @throws InputError
   void Check(bool have_rig) const;
   /// @param stamps  of the upward frames. @param headings_frame  of --heading.
   [[nodiscard]] recordings::SensorFiles Files(bool have_rig,
                                               const std::filesystem::path& stamps,
-                                              HeadingFrame headings_frame) const;
+                                              HeadingFrame headings_frame,
+                                              const recordings::BagOptions& bags) const;
 };
 
 }  // namespace ceilmap::commands

@@ -1,6 +1,7 @@
 #include "app/commands/wheel_options.hpp"
 
 #include "app/files/output_files.hpp"
+#include "app/recordings/sensor_inputs.hpp"
 #include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
 #include "calib/rig_text.hpp"
@@ -17,12 +18,28 @@ void WheelOptions::AddTo(CLI::App& cli,
   };
   add("--odometry",
       odometry,
-      "Wheel odometry: TUM, or CSV timestamp,x,y,yaw_deg or timestamp,v,omega",
+      "Wheel odometry: TUM, or CSV timestamp,x,y,yaw_deg or timestamp,v,omega, or a bag",
       "WHEELS")
       ->group(inputs);
   add("--gyro", gyro, gyro_text, "GYRO.csv")->group(inputs);
   add("--rig-out", rig_out, "The rig with the constants found of wheels and gyro", "RIG.yaml")
       ->group(results);
+}
+
+void WheelOptions::TakeBag(const recordings::BagOptions& bags,
+                           const std::string& main_option,
+                           const std::string& main) {
+  odometry = bags.Complete("odometry", odometry.string(), main_option, main);
+  gyro = bags.Complete("gyro", gyro.string(), main_option, main);
+}
+
+void WheelOptions::Reserve(const recordings::BagOptions& bags) const {
+  recordings::SensorFiles files;
+  files.odometry = odometry;
+  files.gyro = gyro;
+  files.odometry_topic = bags.Topic("odometry");
+  files.gyro_topic = bags.Topic("gyro");
+  recordings::ReserveTopics(files);
 }
 
 void WheelOptions::CheckRigOut(bool have_rig) const {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "app/recordings/bag_options.hpp"
 #include "app/terminal/summary.hpp"
 #include "calib/rig.hpp"
 #include "calib/wheels/wheels_report.hpp"
@@ -21,6 +22,13 @@ struct WheelOptions {
              const std::string& inputs,
              const std::string& results,
              const std::string& gyro_text);
+  /// Takes the bag of the command's main source where only a topic is given.
+  /// @param main  option and value of that source. @throws InputError
+  void TakeBag(const recordings::BagOptions& bags,
+               const std::string& main_option,
+               const std::string& main);
+  /// Says which topics of bags will be read (recordings::ReserveTopic). @throws InputError
+  void Reserve(const recordings::BagOptions& bags) const;
   [[nodiscard]] bool Given() const { return !odometry.empty() || !gyro.empty(); }
   /// @throws InputError when --rig-out cannot be written for lack of a rig or of a recording.
   void CheckRigOut(bool have_rig) const;

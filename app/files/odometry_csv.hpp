@@ -14,6 +14,8 @@ struct OdometryRecording {
   std::vector<wheels::WheelSpeedSample> speeds;
   int out_of_order = 0;  ///< rows that were not later than the one before; sorted, or left out
 
+  [[nodiscard]] bool Empty() const { return poses.empty() && speeds.empty(); }
+  /// Not of an empty one.
   [[nodiscard]] double FirstStamp() const;
   [[nodiscard]] double LastStamp() const;
 };

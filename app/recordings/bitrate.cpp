@@ -3,11 +3,14 @@
 #include <filesystem>
 #include <system_error>
 
+#include "app/recordings/bag_source.hpp"
+
 namespace ceilmap::recordings {
 
 std::optional<double> BitsPerPixel(const std::string& source, std::int64_t frames, cv::Size size) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(source, error) || frames < 1 || size.empty()) {
+  if (!std::filesystem::is_regular_file(source, error) || frames < 1 || size.empty() ||
+      IsBag(source)) {
     return std::nullopt;
   }
   const auto bytes = std::filesystem::file_size(source, error);

@@ -182,19 +182,22 @@ void ObserveVideo(FrameReader& reader, const calibration::Board& board, Collecto
 }  // namespace
 
 calibration::BoardImages FindBoards(const std::vector<std::string>& sources,
-                                    const calibration::Board& board) {
+                                    const calibration::Board& board,
+                                    const BagTopic& bag) {
   if (sources.empty()) {
     throw InputError(
         "calibrate camera: no images; give a folder of images, a video, or several images");
   }
   Collector collector(sources.size() == 1 ? sources.front()
                                           : fmt::format("{} and others", sources.front()));
-  const std::vector<fs::path> files = ListImages(sources);
+  std::vector<fs::path> files;
+  if (sources.size() > 1 || !IsBag(sources.front())) files = ListImages(sources);
   if (!files.empty()) {
     ObserveImages(files, board, collector);
     return collector.Finish();
   }
-  const std::unique_ptr<FrameReader> reader = FrameReader::Open(sources.front());
+  const std::unique_ptr<FrameReader> reader =
+      FrameReader::Open(sources.front(), Pixels::kGrey, bag);
   if (reader->GetKind() == FrameReader::Kind::kLive) {
     throw InputError(fmt::format("{}: is a live camera; record the board first, and give the video",
                                  sources.front()));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <system_error>
 
+#include "app/recordings/bag_rig.hpp"
 #include "app/recordings/rig_warnings.hpp"
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
@@ -91,9 +92,11 @@ void ForwardOptions::AddTo(CLI::App& cli, const std::string& group) {
   add("--rig", rig, "The robot's cameras, including the forward camera", "RIG.yaml")->required();
   add("--forward", forward, "Forward camera, in colour", "SOURCE")->required();
   add("--stamps", stamps, "Time of each frame: index,timestamp", "FRAMES.csv");
+  bags.AddTo(cli, {"forward"});
 }
 
 void ForwardOptions::CheckResult(const fs::path& result) const {
+  bags.CheckMain("forward", forward);
   CheckNotRead(result, {rig, fs::path(forward), stamps});
 }
 
@@ -131,12 +134,17 @@ void TakeLineOptions(const CLI::App& cli,
 
 ForwardFrames::ForwardFrames(const ForwardOptions& options)
     : source_(options.forward,
-              FrameSourceOptions{.pixels = Pixels::kColour, .stamps = options.stamps}.ForNewest()),
+              FrameSourceOptions{.pixels = Pixels::kColour,
+                                 .stamps = options.stamps,
+                                 .bag = options.bags.Topic("forward")}
+                  .ForNewest()),
       rig_(calib::ReadRig(options.rig)),
       scaling_(calib::FitForwardCamera(rig_, source_.Name(), source_.Size())) {
   try {
     const colour::ScanLines lines(Camera());
     PrintRigWarnings(rig_);
+    PrintCameraDifference(
+        options.forward, options.bags.Topic("forward"), "forward", *rig_.forward, rig_);
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", options.rig.string(), error.what()));
   }

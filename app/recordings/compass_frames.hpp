@@ -9,6 +9,7 @@
 
 #include "app/files/hypotheses_csv.hpp"
 #include "app/files/tum.hpp"
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/rig.hpp"
@@ -22,6 +23,7 @@ struct ForwardOptions {
   std::filesystem::path rig;
   std::string forward;
   std::filesystem::path stamps;
+  BagOptions bags;
 
   void AddTo(CLI::App& cli, const std::string& group);
   /// Checks that no result replaces an input.

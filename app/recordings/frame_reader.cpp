@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "app/recordings/bag_frames.hpp"
 #include "app/recordings/images.hpp"
 #include "app/recordings/stream_reader.hpp"
 #include "app/recordings/video_reader.hpp"
@@ -131,8 +132,11 @@ void CheckFile(const std::string& source) {
 
 }  // namespace
 
-std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source, Pixels pixels) {
+std::unique_ptr<FrameReader> FrameReader::Open(const std::string& source,
+                                               Pixels pixels,
+                                               const BagTopic& bag) {
   using Input = VideoReader::Input;
+  if (IsBag(source)) return OpenBagFrames(source, bag, pixels);
   if (source.starts_with("/dev/video")) return OpenCamera(source, pixels);
   const Input input = InputKind(source);
   std::error_code ignored;

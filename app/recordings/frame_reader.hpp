@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/recordings/bag_source.hpp"
 #include "app/recordings/images.hpp"
 
 namespace ceilmap::recordings {
@@ -22,10 +23,12 @@ class FrameReader {
   };
 
   /// Opens SOURCE of the command line: a video file, a folder or printf pattern of images,
-  /// /dev/videoN, or a URL. Cameras and streams are opened again after a failure (StreamReader).
+  /// a bag, /dev/videoN, or a URL. Cameras and streams are opened again after a failure
+  /// (StreamReader). @param bag  which images, where the source is a bag.
   /// @throws InputError when it cannot be opened.
   static std::unique_ptr<FrameReader> Open(const std::string& source,
-                                           Pixels pixels = Pixels::kGrey);
+                                           Pixels pixels = Pixels::kGrey,
+                                           const BagTopic& bag = {});
 
   virtual ~FrameReader() = default;
 
@@ -40,6 +43,8 @@ class FrameReader {
   /// Number of frames by the source's metadata; for a video it may be an estimate, which is
   /// corrected at the end. Unset: unknown.
   [[nodiscard]] virtual std::optional<std::int64_t> ExpectedFrames() const = 0;
+  /// True when ExpectedFrames is no estimate.
+  [[nodiscard]] virtual bool CountsExactly() const { return false; }
   /// Frame period by the source's metadata, if it has one.
   [[nodiscard]] virtual std::optional<double> FramePeriod() const { return std::nullopt; }
   /// True when Next may block for an unlimited time (cameras, streams, pipes).
@@ -62,6 +67,10 @@ class FrameReader {
   virtual void Stop() {}
   /// Warnings about the source, one line each.
   [[nodiscard]] virtual std::vector<std::string> Remarks() const { return {}; }
+  /// Those that are known when Next has returned false.
+  [[nodiscard]] virtual std::vector<std::string> EndRemarks() { return {}; }
+  /// What it reads of the source, for messages: the topic of a bag; empty: all of it.
+  [[nodiscard]] virtual std::string Part() const { return ""; }
 };
 
 /// Counts a video's frames by decoding it: slow, but exact.

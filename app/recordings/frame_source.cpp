@@ -29,9 +29,10 @@ void CheckNotInterrupted(const std::string& source) {
   }
 }
 
-std::unique_ptr<FrameReader> OpenReader(const std::string& source, Pixels pixels) {
+std::unique_ptr<FrameReader> OpenReader(const std::string& source,
+                                        const FrameSourceOptions& options) {
   try {
-    return FrameReader::Open(source, pixels);
+    return FrameReader::Open(source, options.pixels, options.bag);
   } catch (const InputError&) {
     CheckNotInterrupted(source);
     throw;
@@ -199,6 +200,7 @@ void FrameSource::State::CheckEnd() {
   } else {
     stamps->CheckEnd(frames);
   }
+  for (std::string& remark : reader->EndRemarks()) warnings.push_back(std::move(remark));
   for (std::string& warning : stamps->Warnings(next_index, reader->FramePeriod().value_or(1))) {
     warnings.push_back(std::move(warning));
   }
@@ -266,7 +268,8 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
   State& state = *state_;
   state.name = source;
   state.stamps.emplace(source, options.stamps, options.stamps_of_another);
-  state.reader = reader ? std::move(reader) : OpenReader(source, options.pixels);
+  state.reader = reader ? std::move(reader) : OpenReader(source, options);
+  if (const std::string part = state.reader->Part(); !part.empty()) state.name += ":" + part;
   state.warnings = state.reader->Remarks();
   state.read_ahead = static_cast<std::size_t>(std::max(options.read_ahead, 1));
   state.report.live = state.reader->GetKind() == FrameReader::Kind::kLive;

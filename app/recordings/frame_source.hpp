@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/recordings/bag_source.hpp"
 #include "app/recordings/frame.hpp"
 #include "app/recordings/frame_reader.hpp"
 #include "app/recordings/frame_stamps.hpp"
@@ -22,6 +23,7 @@ struct FrameSourceOptions {
   /// frame. Otherwise the recording's own time is used, from the first stamp on, with a warning.
   bool stamps_of_another = false;
   int read_ahead = 8;  ///< frames decoded in advance, > 0
+  BagTopic bag = {};   ///< which images, where the source is a bag
   /// Live sources: longest waiting time of a frame, and of all frames without a break, in seconds;
   /// see LiveQueueParams. By default for a consumer that needs all frames.
   double live_wait_s = 2;

@@ -39,7 +39,7 @@ std::optional<std::string> FrameStamps::Begin(const FrameReader& reader,
   const auto stamps = static_cast<std::int64_t>(stamps_s_.size());
   if (stamps == *expected) return std::nullopt;
   const bool is_video = kind == FrameReader::Kind::kVideo;
-  if (is_video && !reader.CanStall()) expected = CountFrames(source_);
+  if (is_video && !reader.CanStall() && !reader.CountsExactly()) expected = CountFrames(source_);
   if (stamps == *expected) return std::nullopt;
   if (!of_another_) CheckEnd(*expected);
   return UseOwnTime(is_video, *expected);

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "app/files/arguments.hpp"
+#include "app/recordings/bag_rig.hpp"
 #include "app/recordings/rig_warnings.hpp"
 #include "app/terminal/clock.hpp"
 #include "calib/base/error.hpp"
@@ -59,6 +60,7 @@ PlacedView MakeView(const PanoramaOptions& options, const FrameSource& source) {
                       rig.omni->T_base_cam.translation().head<2>(),
                       scaling};
     PrintRigWarnings(rig);
+    PrintCameraDifference(options.omni, options.bags.Topic("omni"), "omni", *rig.omni, rig);
     placed.rig = std::move(rig);
     return placed;
   } catch (const InputError& error) {
@@ -189,7 +191,10 @@ void PanoramaOptions::Check() const {
 
 PanoramaSource::PanoramaSource(const PanoramaOptions& options)
     : source_(options.Source(),
-              FrameSourceOptions{.pixels = Pixels::kColour, .stamps = options.stamps}.ForNewest()) {
+              FrameSourceOptions{.pixels = Pixels::kColour,
+                                 .stamps = options.stamps,
+                                 .bag = options.bags.Topic("omni")}
+                  .ForNewest()) {
   if (!options.omni.empty()) {
     PlacedView placed = MakeView(options, source_);
     view_ = std::move(placed.view);

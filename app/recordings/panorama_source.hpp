@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "app/recordings/bag_options.hpp"
 #include "app/recordings/frame_source.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/mirror_view.hpp"
@@ -23,6 +24,7 @@ struct PanoramaOptions {
   std::string omni;      ///< mirror images
   std::string panorama;  ///< or unwrapped images
   std::filesystem::path stamps;
+  BagOptions bags;  ///< added by the command
 
   std::string ring;  ///< U,V,INNER,OUTER: the mirror, if there is no rig
   std::optional<int> columns;

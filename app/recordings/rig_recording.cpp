@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -90,9 +91,16 @@ FollowedDrive FollowDrive(FrameSource& source, const calib::CeilingView& view, d
 std::vector<calibration::MotionWithMatches> ReadForwardMatches(const RigRecording& recording,
                                                                const calib::Rig& rig,
                                                                const std::string& label) {
-  FrameSource up(recording.up, {.stamps = recording.stamps});
+  // Both are read again, in one pass where they are in one bag.
+  BagTopic up_topic = recording.up_topic;
+  BagTopic forward_topic = recording.forward_topic;
+  up_topic.bags = forward_topic.bags = std::make_shared<OpenBags>();
+  if (IsBag(recording.forward)) {
+    ReserveTopic(recording.forward, forward_topic, TopicUse::kImages);
+  }
+  FrameSource up(recording.up, {.stamps = recording.stamps, .bag = up_topic});
   const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
-  SynchronizedStream forward(recording.forward, recording.stamps);
+  SynchronizedStream forward(recording.forward, recording.stamps, forward_topic);
   mount::ForwardFeatureTracker tracker(*rig.forward);
   mount::MotionInSpace motion(view, recording.velocities);
   LostFrames lost(up);

@@ -19,6 +19,8 @@ struct RigRecording {
   std::string up;
   std::string forward;           ///< empty: upward camera only
   std::filesystem::path stamps;  ///< of both; empty: the recordings' own time
+  BagTopic up_topic = {};        ///< of those that are bags
+  BagTopic forward_topic = {};
   /// Of base at some of the images, as far as they are known.
   std::vector<StampedTwist2> velocities = {};
 };

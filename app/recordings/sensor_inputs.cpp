@@ -3,6 +3,7 @@
 #include <type_traits>
 
 #include "app/files/heading_csv.hpp"
+#include "app/recordings/bag_rig.hpp"
 #include "localization/compass/colour/colour_model_file.hpp"
 
 namespace ceilmap::recordings {
@@ -10,15 +11,42 @@ namespace {
 
 using compensation::TiltMethod;
 
-const std::filesystem::path& OwnOr(const std::filesystem::path& own,
-                                   const std::filesystem::path& upward) {
-  return own.empty() ? upward : own;
+// A bag has times of its own.
+std::filesystem::path StampsOf(const std::string& source,
+                               const std::filesystem::path& own,
+                               const std::filesystem::path& upward) {
+  return own.empty() && !IsBag(source) ? upward : own;
 }
 
 }  // namespace
 
+void ReserveTopics(const SensorFiles& files) {
+  const auto reserve = [](const std::string& source, const BagTopic& topic, TopicUse use) {
+    if (!source.empty() && IsBag(source)) ReserveTopic(source, topic, use);
+  };
+  reserve(files.forward, files.forward_topic, TopicUse::kImages);
+  reserve(files.omni, files.omni_topic, TopicUse::kImages);
+  reserve(files.odometry.string(), files.odometry_topic, TopicUse::kOdometry);
+  reserve(files.gyro.string(), files.gyro_topic, TopicUse::kGyro);
+}
+
+void PrintCameraDifferences(const calib::Rig& rig,
+                            const std::string& up,
+                            const BagTopic& up_topic,
+                            const SensorFiles& files) {
+  const auto print = [&rig](const std::string& source,
+                            const BagTopic& topic,
+                            const char* name,
+                            const std::optional<calib::MountedCamera>& camera) {
+    if (!source.empty() && camera) PrintCameraDifference(source, topic, name, *camera, rig);
+  };
+  print(up, up_topic, "up", rig.up);
+  print(files.forward, files.forward_topic, "forward", rig.forward);
+  print(files.omni, files.omni_topic, "omni", rig.omni);
+}
+
 SensorInputs::SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& rig)
-    : files_(files), wheels_(files.odometry, files.gyro) {
+    : files_(files), wheels_(files.odometry, files.gyro, files.odometry_topic, files.gyro_topic) {
   if (!rig) return;
   const auto keep = [this](const std::optional<calib::CameraScaling>& scaling) {
     if (scaling) scalings_.push_back(*scaling);
@@ -28,13 +56,16 @@ SensorInputs::SensorInputs(const SensorFiles& files, std::optional<calib::Rig>& 
   } else if ((files.tilt && files.tilt != TiltMethod::kCeiling) || !files.heading_model.empty()) {
     forward_ = std::make_unique<SensorStream>(
         files.forward,
-        OwnOr(files.forward_stamps, files.stamps),
-        files.heading_model.empty() ? Pixels::kGrey : Pixels::kColour);
+        StampsOf(files.forward, files.forward_stamps, files.stamps),
+        files.heading_model.empty() ? Pixels::kGrey : Pixels::kColour,
+        files.forward_topic);
     keep(calib::FitForwardCamera(*rig, files.forward, forward_->Size()));
   }
   if (!files.omni.empty()) {
-    omni_ = std::make_unique<SensorStream>(
-        files.omni, OwnOr(files.omni_stamps, files.stamps), Pixels::kColour);
+    omni_ = std::make_unique<SensorStream>(files.omni,
+                                           StampsOf(files.omni, files.omni_stamps, files.stamps),
+                                           Pixels::kColour,
+                                           files.omni_topic);
     keep(calib::FitOmniCamera(*rig, files.omni, omni_->Size()));
   }
 }

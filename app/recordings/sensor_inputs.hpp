@@ -26,10 +26,25 @@ struct SensorFiles {
   std::filesystem::path odometry;       ///< files::ReadOdometry
   std::filesystem::path gyro;           ///< files::ReadGyro
   std::filesystem::path heading_model;  ///< colour::ReadColourModel
+  BagTopic forward_topic;               ///< of those that are bags
+  BagTopic omni_topic;
+  BagTopic odometry_topic;
+  BagTopic gyro_topic;
   HeadingFrame headings_frame = HeadingFrame::kRelative;
   std::optional<compensation::TiltMethod> tilt;  ///< nothing: tilt is not measured
   std::filesystem::path stamps;                  ///< of the upward frames
 };
+
+/// Says which topics of bags will be read (ReserveTopic). To be called before the upward camera is
+/// read. @throws InputError
+void ReserveTopics(const SensorFiles& files);
+
+/// Prints where bags describe other cameras than the rig (CompareCamera).
+/// @param rig  fitted to the recordings.
+void PrintCameraDifferences(const calib::Rig& rig,
+                            const std::string& up,
+                            const BagTopic& up_topic,
+                            const SensorFiles& files);
 
 /// Reads the recordings beside that of the upward camera and adds them to a mapper or localizer.
 class SensorInputs {

@@ -8,10 +8,12 @@ namespace ceilmap::recordings {
 
 SensorStream::SensorStream(const std::string& source,
                            const std::filesystem::path& stamps,
-                           Pixels pixels)
+                           Pixels pixels,
+                           const BagTopic& bag)
     : SensorStream(std::make_unique<FrameSource>(
           source,
-          FrameSourceOptions{.pixels = pixels, .stamps = stamps, .stamps_of_another = true})) {}
+          FrameSourceOptions{
+              .pixels = pixels, .stamps = stamps, .stamps_of_another = true, .bag = bag})) {}
 
 SensorStream::SensorStream(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
 

@@ -21,10 +21,12 @@ class SensorStream {
   using Sink = std::function<void(const robot::Image& image)>;
 
   /// @param stamps  of its frames, or of the upward camera's where those are as many; empty: the
-  /// recording's own time. @throws InputError when the source cannot be used.
+  /// recording's own time. @param bag  which images, where the source is a bag. @throws InputError
+  /// when the source cannot be used.
   SensorStream(const std::string& source,
                const std::filesystem::path& stamps,
-               Pixels pixels = Pixels::kGrey);
+               Pixels pixels = Pixels::kGrey,
+               const BagTopic& bag = {});
   /// The same with a source that is open already.
   explicit SensorStream(std::unique_ptr<FrameSource> source);
 

@@ -32,8 +32,9 @@ std::vector<std::string> MatchWarnings(const std::string& source,
 }
 
 SynchronizedStream::SynchronizedStream(const std::string& source,
-                                       const std::filesystem::path& stamps)
-    : stream_(source, stamps), images_(kMaxOffsetS) {}
+                                       const std::filesystem::path& stamps,
+                                       const BagTopic& bag)
+    : stream_(source, stamps, Pixels::kGrey, bag), images_(kMaxOffsetS) {}
 
 cv::Mat SynchronizedStream::At(double stamp_s) {
   stream_.ReadTo(stamp_s, [this](const robot::Image& image) { images_.Add(image); });

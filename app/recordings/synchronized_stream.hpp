@@ -26,8 +26,10 @@ class SynchronizedStream {
     FrameSourceReport reading;
   };
 
-  /// @param stamps  see SensorStream. @throws InputError when the source cannot be used.
-  SynchronizedStream(const std::string& source, const std::filesystem::path& stamps);
+  /// @param stamps, bag  see SensorStream. @throws InputError when the source cannot be used.
+  SynchronizedStream(const std::string& source,
+                     const std::filesystem::path& stamps,
+                     const BagTopic& bag = {});
 
   [[nodiscard]] cv::Size Size() const { return stream_.Size(); }
   [[nodiscard]] const std::string& Name() const { return stream_.Name(); }

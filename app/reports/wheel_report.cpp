@@ -44,16 +44,23 @@ std::vector<std::string> WheelWarnings(const recordings::WheelInputs& inputs,
                                        const WheelsReport& wheels,
                                        const std::string& images) {
   std::vector<std::string> warnings;
-  const bool has_wheels = !inputs.OdometryFile().empty();
-  const std::string file = (has_wheels ? inputs.OdometryFile() : inputs.GyroFile()).string();
+  const bool has_wheels = !inputs.OdometryName().empty();
+  const std::string& file = has_wheels ? inputs.OdometryName() : inputs.GyroName();
   if (file.empty()) return warnings;
-  const auto sorted = [&warnings](const std::filesystem::path& name, int rows) {
+  const auto sorted = [&warnings](const std::string& name, int rows) {
     if (rows == 0) return;
     warnings.push_back(fmt::format(
-        "{}: {} rows were not later than the one before; they were sorted", name.string(), rows));
+        "{}: {} rows were not later than the one before; they were sorted", name, rows));
   };
-  sorted(inputs.OdometryFile(), inputs.Odometry().out_of_order);
-  sorted(inputs.GyroFile(), inputs.Gyro().out_of_order);
+  sorted(inputs.OdometryName(), inputs.Odometry().out_of_order);
+  sorted(inputs.GyroName(), inputs.Gyro().out_of_order);
+  for (std::string& warning : inputs.BagWarnings()) warnings.push_back(std::move(warning));
+  // Only bags are opened without reading a sample.
+  const bool empty = has_wheels ? inputs.Odometry().Empty() : inputs.Gyro().samples.empty();
+  if (empty) {
+    warnings.push_back(fmt::format("{}: no message of it could be used", file));
+    return warnings;
+  }
   const bool none = wheels.samples == 0 && !wheels.gyro;
   constexpr std::int64_t kAtTheEnds = 2;  // frames that begin before, or end after the samples
   if (wheels.fault != WheelFault::kNone) {

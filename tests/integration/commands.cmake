@@ -18,6 +18,18 @@ ceilmap_add_test(heading_command_test
     ${CMAKE_CURRENT_LIST_DIR}/heading_command_test.cpp
   LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
+ceilmap_add_test(bag_command_test
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/bag_command_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/recording_bag.cpp
+  LINKS ceilmap_app ceilmap_test_support ceilmap_bags)
+
+# For measurements (tests/bench/README.md).
+add_executable(ceilmap_write_recording_bag
+  ${CMAKE_CURRENT_LIST_DIR}/recording_bag.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/write_recording_bag.cpp)
+target_link_libraries(ceilmap_write_recording_bag PRIVATE ceilmap_app ceilmap_bags ceilmap_build_flags)
+
 ceilmap_add_test(stream_test
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/live_camera.cpp

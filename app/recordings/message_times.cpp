@@ -1,0 +1,25 @@
+#include "app/recordings/message_times.hpp"
+
+#include <algorithm>
+
+namespace ceilmap::recordings {
+
+double SecondsOf(std::int64_t ns) {
+  constexpr std::int64_t kNsPerS = 1'000'000'000;
+  return static_cast<double>(ns / kNsPerS) + 1e-9 * static_cast<double>(ns % kNsPerS);
+}
+
+std::int64_t MessageTimes::Of(std::int64_t header_ns, std::int64_t log_ns) {
+  constexpr std::int64_t kLeastNs = 1'000'000;  // much more than a double resolves
+  std::int64_t stamp_ns = stamp_ == BagStamp::kHeader ? header_ns : log_ns;
+  const bool missing = stamp_ == BagStamp::kHeader && header_ns == 0;
+  if (missing || (last_ns_ && stamp_ns <= *last_ns_)) {
+    stamp_ns = last_ns_ ? *last_ns_ + std::max(log_ns - last_log_ns_, kLeastNs) : log_ns;
+    if (stamp_ == BagStamp::kHeader) ++replaced_;
+  }
+  last_ns_ = stamp_ns;
+  last_log_ns_ = log_ns;
+  return stamp_ns;
+}
+
+}  // namespace ceilmap::recordings
