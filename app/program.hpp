@@ -17,6 +17,8 @@ class CommandLine {
   const commands::Command* Parse(int argc, const char* const* argv);
   /// The text of --help or --version, when Parse returned null.
   [[nodiscard]] const std::string& Answer() const { return answer_; }
+  /// Its commands and options, for manual pages.
+  [[nodiscard]] const CLI::App& Program() const { return *program_; }
 
  private:
   const commands::Command* ParseHelp(int argc, const char* const* argv);

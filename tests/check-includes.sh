@@ -30,6 +30,7 @@ rows=(
   "samples/simulator: calib calib/base"
   "app/evaluation: calib/base"
   "app/page: mapping/store mapping/graph"
+  "app/manual:"
   "app/terminal: calib/base"
   "app/bags: calib/base"
   "app/files: app/bags app/evaluation localization/robot localization localization/compass localization/compass/colour mapping/graph calib/wheels calib/base"
@@ -42,7 +43,7 @@ rows=(
   "app/commands: app/live app/reports app/figures app/recordings app/bags app/files app/terminal app/page samples/simulator
     localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
     mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
-  "app: app/commands app/files app/terminal calib/base"
+  "app: app/commands app/files app/manual app/terminal calib/base"
 )
 # tests/X may include tests/Y where X may include Y, and tests/support; and besides:
 test_rows=(

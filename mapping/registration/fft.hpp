@@ -37,13 +37,13 @@ using RealArray = AlignedArray<float>;
 using ComplexArray = AlignedArray<std::complex<float>>;
 
 /// Real-to-complex FFT of lines and its inverse in single precision, unnormalised (a round trip
-/// multiplies by the number of samples). This header is the only place that uses FFTW, so that
-/// another FFT can replace it.
+/// multiplies by the number of samples). FFTW or kissfft computes it, as CEILMAP_FFT says at
+/// configure time; fft_plans.hpp is what they implement.
 ///
-/// Plans are FFTW_ESTIMATE plans: they are created in microseconds and are the same in every run,
-/// so that results are reproducible to the last bit; measured plans are 15-30 % faster and differ
-/// from run to run. Creating and destroying plans is serialised inside; execution is const and
-/// thread-safe if the buffers are not shared.
+/// FFTW's plans are FFTW_ESTIMATE plans: they are created in microseconds and are the same in every
+/// run, so that results are reproducible to the last bit; measured plans are 15-30 % faster and
+/// differ from run to run. Creating and destroying plans is serialised inside; execution is const
+/// and thread-safe if the buffers are not shared.
 class RealFft {
  public:
   /// `count` independent 1-D transforms of `length` samples that lie one after another.

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+/// The Python module `ceilmap._ceilmap`: one function for each area adds its classes and functions.
+/// Python code sees metres, seconds and radians; sizes of images are (width, height), their arrays
+/// have the shape (height, width) or (height, width, 3).
+namespace ceilmap::python {
+
+namespace py = pybind11;
+
+void BindErrors(py::module_& module);
+void BindRegistration(py::module_& module);
+void BindRig(py::module_& module);
+void BindSettings(py::module_& module);
+void BindRobotTypes(py::module_& module);  ///< Estimate, MappingResult
+void BindRobot(py::module_& module);       ///< after BindRig and BindRobotTypes
+void BindMap(py::module_& module);         ///< after BindRig
+void BindEvaluation(py::module_& module);
+
+}  // namespace ceilmap::python
