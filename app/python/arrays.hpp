@@ -54,8 +54,9 @@ Word ToWord(const char* text);
 /// A column of a structured array.
 struct Column {
   const char* name;
-  const char* format;  ///< as numpy's dtype, e.g. "f8", "(3,3)f8"
+  const char* format;  ///< as numpy's dtype, e.g. "f8"
   std::size_t offset;  ///< in the row
+  int side = 0;        ///< > 0: a square matrix
 };
 
 /// A structured array without rows' types: `size` bytes each.

@@ -70,7 +70,7 @@ py::array EdgeTable(const std::vector<graph::Edge>& edges) {
                     {"x", "f8", offsetof(EdgeRow, x)},
                     {"y", "f8", offsetof(EdgeRow, y)},
                     {"yaw", "f8", offsetof(EdgeRow, yaw)},
-                    {"information", "(3,3)f8", offsetof(EdgeRow, information)}});
+                    {"information", "f8", offsetof(EdgeRow, information), 3}});
 }
 
 py::dict MetadataOf(const MapReader& map) {

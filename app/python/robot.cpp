@@ -119,11 +119,13 @@ class PyMapper : public SharedRobot {
     return Run([&](robot::Sensors&) { return work(*mapper_); });
   }
 
+  // The mapper ends with the call, so that the file's name is free again, whatever is thrown.
   mapping::MappingResult Finish(const py::object& progress) {
     const robot::ProgressFunction show = ProgressOf(progress);
-    return RunMapper([&](robot::CeilingMapper& mapper) {
+    return RunMapper([&](robot::CeilingMapper&) {
       End("the map is finished; make a new CeilingMapper");
-      return mapper.Finish(show);
+      const std::unique_ptr<robot::CeilingMapper> mapper = std::move(mapper_);
+      return mapper->Finish(show);
     });
   }
 
