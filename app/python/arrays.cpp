@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstring>
 #include <memory>
+#include <string>
 
 #include "calib/base/error.hpp"
 
@@ -79,11 +80,11 @@ StampedPose ToStamped(const double* row, py::ssize_t columns) {
 
 }  // namespace
 
-PoseTuple ToTuple(const Pose2& pose) {
+std::tuple<double, double, double> ToTuple(const Pose2& pose) {
   return {pose.x, pose.y, pose.yaw};
 }
 
-Pose2 ToPose(const PoseTuple& pose, const char* name) {
+Pose2 ToPose(const PoseNumbers& pose, const char* name) {
   if (!std::isfinite(pose[0]) || !std::isfinite(pose[1]) || !std::isfinite(pose[2])) {
     throw InputError(fmt::format("{}: ({}) is not finite; give (x, y, yaw) in metres and radians",
                                  name,

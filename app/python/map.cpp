@@ -2,9 +2,13 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -28,7 +32,7 @@ struct Mosaic {
 };
 
 // Outer edges of the pixels: left, right, bottom, top.
-std::array<double, 4> ExtentOf(const MosaicGrid& grid) {
+std::tuple<double, double, double, double> ExtentOf(const MosaicGrid& grid) {
   return {grid.min_x,
           grid.min_x + grid.width_px * grid.resolution,
           grid.max_y - grid.height_px * grid.resolution,

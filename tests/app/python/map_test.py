@@ -54,6 +54,7 @@ class Map(unittest.TestCase):
 
     def test_mosaic(self):
         mosaic = self.map.mosaic()
+        self.assertIsInstance(mosaic.extent, tuple)
         left, right, bottom, top = mosaic.extent
         height, width = mosaic.image.shape
         self.assertEqual(mosaic.alpha.shape, (height, width))

@@ -34,6 +34,7 @@ class Mapping(support.Case):
         self.assertTrue(estimate)
         self.assertEqual((estimate.status, estimate.index), ("tracking", 29))
         self.assertAlmostEqual(estimate.stamp, 102.9)
+        self.assertIsInstance(estimate.pose, tuple)
         x, y, yaw = estimate.pose
         self.assertAlmostEqual(x, 1, delta=0.01)
         self.assertGreater(y, 2)
