@@ -2,7 +2,8 @@
 # Installs from Debian what is missing to build ceilmap and to run its tests.
 #   samples/install-deps.sh         compiler, libraries, test libraries
 #   samples/install-deps.sh --plots also gnuplot, which draws the figures of --plot, experiments and benchmarks
-#   samples/install-deps.sh --tests that and a browser, which the tests of the page drive
+#   samples/install-deps.sh --python also python3-opencv and python3-matplotlib, for samples/python
+#   samples/install-deps.sh --tests all of that and a browser, which the tests of the page drive
 #   samples/install-deps.sh --dev   gnuplot and the tools of the style checks and of packages
 # Needs root or sudo only when something is missing.
 set -euo pipefail
@@ -11,16 +12,19 @@ packages=(
   cmake ninja-build g++ pkg-config
   libopencv-dev libfftw3-dev libkissfft-dev libeigen3-dev libceres-dev libgdal-dev libsqlite3-dev gdal-bin libyaml-cpp-dev
   nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev libhnswlib-dev
-  libavformat-dev libavcodec-dev libswscale-dev libcpp-httplib-dev libzstd-dev liblz4-dev libbz2-dev libdeflate-dev libjs-leaflet libjs-dygraphs
+  libavformat-dev libavcodec-dev libswscale-dev libcpp-httplib-dev libjs-leaflet libjs-dygraphs
+  libzstd-dev liblz4-dev libbz2-dev libdeflate-dev
   libgtest-dev libgmock-dev libbenchmark-dev
+  pybind11-dev python3-dev python3-numpy
 )
 case "${1:-}" in
   '') ;;
   --plots) packages+=(gnuplot-nox) ;;
-  --tests) packages+=(gnuplot-nox chromium chromium-driver) ;;
+  --python) packages+=(python3-opencv python3-matplotlib) ;;
+  --tests) packages+=(gnuplot-nox python3-opencv python3-matplotlib chromium chromium-driver) ;;
   --dev) packages+=(clang-format clang-tidy gnuplot-nox dpkg-dev lintian mmdebstrap) ;;
   *)
-    echo "install-deps.sh: unknown argument '$1', must be --plots, --tests, --dev or nothing" >&2
+    echo "install-deps.sh: unknown argument '$1', must be --plots, --python, --tests, --dev or nothing" >&2
     exit 2
     ;;
 esac

@@ -43,6 +43,8 @@ rows=(
   "app/commands: app/live app/reports app/figures app/recordings app/bags app/files app/terminal app/page samples/simulator
     localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
     mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
+  "app/python: app/evaluation localization/robot localization localization/compass/labrosse localization/compass/colour mapping
+    mapping/store mapping/graph mapping/registration calib calib/base"
   "app: app/commands app/files app/manual app/terminal calib/base"
 )
 # tests/X may include tests/Y where X may include Y, and tests/support; and besides:

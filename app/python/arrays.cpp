@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstring>
 #include <memory>
+#include <string>
 
 #include "calib/base/error.hpp"
 
@@ -66,7 +67,7 @@ std::vector<Column> FrameColumns(std::size_t offset) {
                                  {"pitch", "f8", offsetof(FrameRow, pitch)},
                                  {"roll", "f8", offsetof(FrameRow, roll)},
                                  {"lift", "f8", offsetof(FrameRow, lift)},
-                                 {"covariance", "(3,3)f8", offsetof(FrameRow, covariance)},
+                                 {"covariance", "f8", offsetof(FrameRow, covariance), 3},
                                  {"keyframe", "i8", offsetof(FrameRow, keyframe)}};
   for (Column& column : columns) column.offset += offset;
   return columns;
@@ -79,11 +80,11 @@ StampedPose ToStamped(const double* row, py::ssize_t columns) {
 
 }  // namespace
 
-PoseTuple ToTuple(const Pose2& pose) {
+std::tuple<double, double, double> ToTuple(const Pose2& pose) {
   return {pose.x, pose.y, pose.yaw};
 }
 
-Pose2 ToPose(const PoseTuple& pose, const char* name) {
+Pose2 ToPose(const PoseNumbers& pose, const char* name) {
   if (!std::isfinite(pose[0]) || !std::isfinite(pose[1]) || !std::isfinite(pose[2])) {
     throw InputError(fmt::format("{}: ({}) is not finite; give (x, y, yaw) in metres and radians",
                                  name,
@@ -115,9 +116,13 @@ cv::Mat ImageView(const py::array& array, const char* name, bool colour) {
   const py::ssize_t pixel = three ? kColours : 1;
   const bool packed =
       (width == 1 || array.strides(1) == pixel) && (!three || array.strides(2) == 1);
-  if (!packed || (height > 1 && array.strides(0) < width * pixel)) {
+  if (!packed) {
     throw InputError(fmt::format(
         "{}: the pixels of a row are not contiguous; pass numpy.ascontiguousarray(...)", name));
+  }
+  if (height > 1 && array.strides(0) < width * pixel) {
+    throw InputError(fmt::format(
+        "{}: the rows do not follow each other; pass numpy.ascontiguousarray(...)", name));
   }
   return {static_cast<int>(height),
           static_cast<int>(width),
@@ -155,7 +160,7 @@ Eigen::Matrix3d ToCovariance(const py::array& array, const char* name) {
     throw InputError(
         fmt::format("{}: shape is {}, must be (3, 3), of (x, y, yaw)", name, ShapeOf(array)));
   }
-  const Eigen::Matrix3d covariance =
+  Eigen::Matrix3d covariance =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
   if (!covariance.allFinite() || !covariance.isApprox(covariance.transpose()) ||
       !(covariance.diagonal().minCoeff() > 0)) {
@@ -228,7 +233,11 @@ py::array MakeTable(const void* rows,
   py::list offsets;
   for (const Column& column : columns) {
     names.append(column.name);
-    formats.append(column.format);
+    if (column.side > 0) {
+      formats.append(py::make_tuple(column.format, py::make_tuple(column.side, column.side)));
+    } else {
+      formats.append(column.format);
+    }
     offsets.append(column.offset);
   }
   const py::dtype type(names, formats, offsets, static_cast<py::ssize_t>(size));

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -20,11 +21,12 @@ namespace ceilmap::python {
 
 namespace py = pybind11;
 
-/// A pose (x, y, yaw) as Python's tuple.
-using PoseTuple = std::array<double, 3>;
-PoseTuple ToTuple(const Pose2& pose);
+/// (x, y, yaw) as Python's tuple.
+std::tuple<double, double, double> ToTuple(const Pose2& pose);
+/// (x, y, yaw) from a tuple, list or array.
+using PoseNumbers = std::array<double, 3>;
 /// @throws InputError when a number is not finite. @param name  of the argument, for messages.
-Pose2 ToPose(const PoseTuple& pose, const char* name);
+Pose2 ToPose(const PoseNumbers& pose, const char* name);
 
 /// The pixels of an array, not copied: valid as long as the array. Rows may have a distance, as
 /// those of a part of an image; the pixels of a row may not.
@@ -54,8 +56,9 @@ Word ToWord(const char* text);
 /// A column of a structured array.
 struct Column {
   const char* name;
-  const char* format;  ///< as numpy's dtype, e.g. "f8", "(3,3)f8"
+  const char* format;  ///< as numpy's dtype, e.g. "f8"
   std::size_t offset;  ///< in the row
+  int side = 0;        ///< > 0: a square matrix
 };
 
 /// A structured array without rows' types: `size` bytes each.

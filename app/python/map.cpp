@@ -2,9 +2,13 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -28,7 +32,7 @@ struct Mosaic {
 };
 
 // Outer edges of the pixels: left, right, bottom, top.
-std::array<double, 4> ExtentOf(const MosaicGrid& grid) {
+std::tuple<double, double, double, double> ExtentOf(const MosaicGrid& grid) {
   return {grid.min_x,
           grid.min_x + grid.width_px * grid.resolution,
           grid.max_y - grid.height_px * grid.resolution,
@@ -70,7 +74,7 @@ py::array EdgeTable(const std::vector<graph::Edge>& edges) {
                     {"x", "f8", offsetof(EdgeRow, x)},
                     {"y", "f8", offsetof(EdgeRow, y)},
                     {"yaw", "f8", offsetof(EdgeRow, yaw)},
-                    {"information", "(3,3)f8", offsetof(EdgeRow, information)}});
+                    {"information", "f8", offsetof(EdgeRow, information), 3}});
 }
 
 py::dict MetadataOf(const MapReader& map) {

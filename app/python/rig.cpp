@@ -5,6 +5,8 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <map>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "app/python/bindings.hpp"

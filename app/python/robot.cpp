@@ -3,7 +3,10 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -79,7 +82,7 @@ HeadingFrame ToFrame(const std::string& frame) {
 }
 
 // With the standard deviations that `ceilmap localize --start` assumes.
-std::optional<PoseWithCovariance> ToStart(const std::optional<PoseTuple>& pose,
+std::optional<PoseWithCovariance> ToStart(const std::optional<PoseNumbers>& pose,
                                           const std::optional<py::array>& covariance) {
   constexpr double kPositionSigma = 0.5;
   constexpr double kYawSigma = 10 * kRadPerDeg;
@@ -119,11 +122,13 @@ class PyMapper : public SharedRobot {
     return Run([&](robot::Sensors&) { return work(*mapper_); });
   }
 
+  // The mapper ends with the call, so that the file's name is free again, whatever is thrown.
   mapping::MappingResult Finish(const py::object& progress) {
     const robot::ProgressFunction show = ProgressOf(progress);
-    return RunMapper([&](robot::CeilingMapper& mapper) {
+    return RunMapper([&](robot::CeilingMapper&) {
       End("the map is finished; make a new CeilingMapper");
-      return mapper.Finish(show);
+      const std::unique_ptr<robot::CeilingMapper> mapper = std::move(mapper_);
+      return mapper->Finish(show);
     });
   }
 
@@ -170,7 +175,7 @@ class PyLocalizer : public SharedRobot {
 std::unique_ptr<PyMapper> MakeMapper(const std::optional<calib::Rig>& rig,
                                      const fs::path& map,
                                      const std::optional<std::pair<int, int>>& size,
-                                     const std::optional<PoseTuple>& origin,
+                                     const std::optional<PoseNumbers>& origin,
                                      const std::optional<double>& resolution,
                                      bool append,
                                      const std::optional<std::string>& tilt,
@@ -196,7 +201,7 @@ std::unique_ptr<PyMapper> MakeMapper(const std::optional<calib::Rig>& rig,
 
 std::unique_ptr<PyLocalizer> MakeLocalizer(const fs::path& map,
                                            const std::optional<calib::Rig>& rig,
-                                           const std::optional<PoseTuple>& start,
+                                           const std::optional<PoseNumbers>& start,
                                            const std::optional<py::array>& start_covariance,
                                            const std::optional<std::string>& tilt,
                                            const std::optional<fs::path>& heading_model,
@@ -267,7 +272,7 @@ Counter-clockwise seen from above, from an unknown direction that stays the same
 from the x axis of the map ('map').)")
       .def(
           "add_odometry",
-          [](SharedRobot& self, const PoseTuple& pose, double stamp) {
+          [](SharedRobot& self, const PoseNumbers& pose, double stamp) {
             const Pose2 T_odom_base = ToPose(pose, "pose");
             self.Run([&](robot::Sensors& sensors) {
               sensors.AddOdometry(wheels::OdometrySample{stamp, T_odom_base});
@@ -446,7 +451,7 @@ void BindLocalizer(py::module_& module) {
       .def(
           "restart",
           [](PyLocalizer& self,
-             const std::optional<PoseTuple>& start,
+             const std::optional<PoseNumbers>& start,
              const std::optional<py::array>& start_covariance) {
             const auto pose = ToStart(start, start_covariance);
             self.RunLocalizer([&](robot::CeilingLocalizer& l) { l.Restart(pose); });

@@ -5,6 +5,10 @@
 
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "app/python/arrays.hpp"
 #include "app/python/bindings.hpp"
@@ -22,7 +26,7 @@ bool IsKnown(const Estimate& estimate) {
   return estimate.HasPose() || estimate.status == TrackingStatus::kPredicted;
 }
 
-std::optional<PoseTuple> PoseOf(const Estimate& estimate) {
+std::optional<std::tuple<double, double, double>> PoseOf(const Estimate& estimate) {
   if (!IsKnown(estimate)) return std::nullopt;
   return ToTuple(estimate.pose.pose);
 }

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+
+#include <vector>
 
 #include "localization/localizer.hpp"
 #include "localization/robot/sensors.hpp"

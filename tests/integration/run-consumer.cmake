@@ -1,5 +1,5 @@
 # cmake -D BUILD_DIR=... -D CONSUMER_DIR=... -D GENERATOR=... -D CXX_COMPILER=... -D BUILD_TYPE=... -D CXX_FLAGS=...
-#       -P run-consumer.cmake
+#       [-D PYTHON=... -D PYTHON_DIR=...] -P run-consumer.cmake
 # Installs ceilmap below its build folder, then configures, builds and runs a project that uses the package.
 set(stage ${BUILD_DIR}/consumer-test)
 file(REMOVE_RECURSE ${stage})
@@ -13,6 +13,13 @@ execute_process(COMMAND ${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${stage}/build -G
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${stage}/build COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${stage}/build/consumer COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${stage}/build/simulator_consumer COMMAND_ERROR_IS_FATAL ANY)
+
+# The Python module, if it was built.
+if(PYTHON)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E env PYTHONPATH=${stage}/prefix/${PYTHON_DIR}
+    ${PYTHON} -c "import ceilmap; assert ceilmap.__file__.startswith('${stage}/prefix/'); ceilmap.default_settings()"
+    COMMAND_ERROR_IS_FATAL ANY)
+endif()
 
 # The sample program: maps with three cameras, then finds the robot on that map.
 set(samples ${CONSUMER_DIR}/../../../samples)
