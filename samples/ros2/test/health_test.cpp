@@ -65,6 +65,9 @@ TEST(HealthTest, TheWorstIsReported) {
   facts.waits_for_camera = true;
   ExpectVerdict(facts, Level::kWarn, "waiting for camera_info");
   facts.map.clear();
+  facts.map_error = "damaged";
+  ExpectVerdict(facts, Level::kError, "damaged");
+  facts.map_error.clear();
   ExpectVerdict(facts, Level::kError, "no map is loaded; call load_map");
   facts.error = "cropped";
   ExpectVerdict(facts, Level::kError, "cropped");

@@ -51,7 +51,10 @@ std::pair<Health::Level, std::string> Verdict(const HealthFacts& facts, Stamp no
   using Level = Health::Level;
   if (facts.end) return {facts.ended_well ? Level::kOk : Level::kError, *facts.end};
   if (!facts.error.empty()) return {Level::kError, facts.error};
-  if (facts.map.empty()) return {Level::kError, "no map is loaded; call load_map"};
+  if (facts.map.empty()) {
+    return {Level::kError,
+            facts.map_error.empty() ? "no map is loaded; call load_map" : facts.map_error};
+  }
   if (facts.waits_for_camera) return {Level::kWarn, "waiting for camera_info"};
   const bool silent = !facts.fix || now - facts.processed_at > kSilence;
   if (silent && facts.counts.future > 0) {
@@ -84,6 +87,11 @@ void HealthRecord::SetMap(const std::string& file) {
   const std::scoped_lock lock(mutex_);
   facts_.map = file;
   facts_.fix.reset();
+}
+
+void HealthRecord::SetMapError(const std::string& error) {
+  const std::scoped_lock lock(mutex_);
+  facts_.map_error = error;
 }
 
 void HealthRecord::SetCamera(bool ready, const std::string& mismatch) {

@@ -21,6 +21,7 @@ struct Health {
 /// What the health of a node is judged by.
 struct HealthFacts {
   std::string map;                 ///< its file; empty: none
+  std::string map_error;           ///< why none could be loaded; empty: it was not tried
   std::string error;               ///< of the last image; empty: none
   std::optional<std::string> end;  ///< the map is saved, or could not be; what happened
   bool ended_well = false;
@@ -41,6 +42,8 @@ Health Judge(const HealthFacts& facts, Stamp now);
 class HealthRecord {
  public:
   void SetMap(const std::string& file);
+  /// A map could not be loaded.
+  void SetMapError(const std::string& error);
   void SetCamera(bool ready, const std::string& mismatch);
   /// @param fix  nothing: the image was not processed.
   void Note(const std::optional<Fix>& fix, Stamp now);

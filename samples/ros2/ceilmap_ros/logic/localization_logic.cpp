@@ -30,11 +30,16 @@ CeilingGrid LocalizationLogic::LoadMap(const std::filesystem::path& map) {
     rig = shared_rig_;
     loaded.rig_revision = rig_revision_;
   }
-  loaded.localizer = MakeLocalizer(map, rig);
-  CeilingGrid grid = ReadCeilingGrid(loaded.localizer->Map(), params_.mosaic_max_px);
-  const std::scoped_lock lock(mutex_);
-  loaded_ = std::move(loaded);
-  return grid;
+  try {
+    loaded.localizer = MakeLocalizer(map, rig);
+    CeilingGrid grid = ReadCeilingGrid(loaded.localizer->Map(), params_.mosaic_max_px);
+    const std::scoped_lock lock(mutex_);
+    loaded_ = std::move(loaded);
+    return grid;
+  } catch (const std::exception& error) {
+    health_.SetMapError(error.what());
+    throw;
+  }
 }
 
 void LocalizationLogic::TakeLoaded() {
