@@ -2,7 +2,7 @@
 # Installs from Debian what is missing to build ceilmap and to run its tests.
 #   samples/install-deps.sh         compiler, libraries, test libraries
 #   samples/install-deps.sh --plots also gnuplot, which draws the figures of --plot, experiments and benchmarks
-#   samples/install-deps.sh --tests that and a browser, which the tests of the page drive
+#   samples/install-deps.sh --tests that, a browser, which the tests of the page drive, and what builds the ROS 2 package
 #   samples/install-deps.sh --dev   gnuplot and the tools of the style checks
 # Needs root or sudo only when something is missing.
 set -euo pipefail
@@ -17,7 +17,7 @@ packages=(
 case "${1:-}" in
   '') ;;
   --plots) packages+=(gnuplot-nox) ;;
-  --tests) packages+=(gnuplot-nox chromium chromium-driver) ;;
+  --tests) packages+=(gnuplot-nox chromium chromium-driver ament-cmake rosidl-cmake rosidl-generator-c-cpp) ;;
   --dev) packages+=(clang-format clang-tidy gnuplot-nox) ;;
   *)
     echo "install-deps.sh: unknown argument '$1', must be --plots, --tests, --dev or nothing" >&2

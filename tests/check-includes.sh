@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Holds every #include "folder/..." against the layers. Each folder with a CMakeLists.txt of its own is a layer and may
 # include only what its row names: no arrow points upward, and there are no cycles. Tests may include all of the product and
-# the tests of what their folder may include. samples/embed/ and samples/ros2/ are
-# projects of their own on top of the installed libraries.
+# the tests of what their folder may include. samples/embed/ and samples/ros2/ are projects of their own on top of the
+# installed libraries.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -8,6 +8,7 @@
 #include "calib/base/error.hpp"
 #include "ceilmap_ros/logic/start_pose.hpp"
 #include "ceilmap_ros/nodes/messages.hpp"
+#include "ceilmap_ros/nodes/respond.hpp"
 
 namespace ceilmap_ros {
 namespace {
@@ -49,23 +50,26 @@ LocalizationNode::LocalizationNode(const rclcpp::NodeOptions& options)
         response->message = "the robot is searched on the whole map, from the next image on";
       });
   // A large map takes seconds: the answer is sent when it is read.
-  load_map_ =
-      create_service<srv::LoadMap>("~/load_map",
-                                   [this](std::shared_ptr<rclcpp::Service<srv::LoadMap>> service,
-                                          std::shared_ptr<rmw_request_id_t> id,
-                                          std::shared_ptr<srv::LoadMap::Request> request) {
-                                     tasks_.Add([this, service, id, request] {
-                                       srv::LoadMap::Response response = Load(request->path);
-                                       service->send_response(*id, response);
-                                     });
-                                   });
+  load_map_ = create_service<srv::LoadMap>(
+      "~/load_map",
+      [this](std::shared_ptr<rclcpp::Service<srv::LoadMap>> service,
+             std::shared_ptr<rmw_request_id_t> id,
+             std::shared_ptr<srv::LoadMap::Request> request) {
+        tasks_.Add([this, service, id, request] {
+          Respond<srv::LoadMap>(*service, *id, Load(request->path), get_logger());
+        });
+      });
   const std::string map =
       Declare<std::string>(*this, "map", "", "Map to start with, NAME.gpkg; empty: load_map");
   if (!map.empty()) tasks_.Add([this, map] { (void)Load(map); });
 }
 
 void LocalizationNode::Step() {
-  if (const auto fix = logic_.Step(now().nanoseconds())) fixes_.Publish(*fix);
+  try {
+    if (const auto fix = logic_.Step(now().nanoseconds())) fixes_.Publish(*fix);
+  } catch (const std::exception& error) {  // ROS ends
+    RCLCPP_ERROR(get_logger(), "%s", error.what());
+  }
 }
 
 srv::LoadMap::Response LocalizationNode::Load(const std::string& path) {

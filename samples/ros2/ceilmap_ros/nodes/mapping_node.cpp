@@ -7,6 +7,7 @@
 
 #include "calib/base/error.hpp"
 #include "ceilmap_ros/nodes/messages.hpp"
+#include "ceilmap_ros/nodes/respond.hpp"
 
 namespace ceilmap_ros {
 namespace {
@@ -65,29 +66,28 @@ MappingNode::MappingNode(const rclcpp::NodeOptions& options)
           srv::SaveMap::Response response;
           response.success = result.success;
           response.message = result.message;
-          service->send_response(*id, response);
+          Respond<srv::SaveMap>(*service, *id, response, get_logger());
           if (result.success) PublishMosaic();
         });
       });
 }
 
 void MappingNode::Step() {
-  const Stamp at = now().nanoseconds();
-  const auto fix = logic_->Step(at);
-  if (!fix) return;
-  fixes_.Publish(*fix);
-  if (at - mosaic_at_ < mosaic_period_ && at >= mosaic_at_) return;
-  mosaic_at_ = at;
-  PublishMosaic();
+  try {
+    const Stamp at = now().nanoseconds();
+    const auto fix = logic_->Step(at);
+    if (!fix) return;
+    fixes_.Publish(*fix);
+    if (at - mosaic_at_ < mosaic_period_ && at >= mosaic_at_) return;
+    mosaic_at_ = at;
+    PublishMosaic();
+  } catch (const std::exception& error) {  // ROS ends, or the saved map cannot be read
+    RCLCPP_ERROR(get_logger(), "%s", error.what());
+  }
 }
 
 void MappingNode::PublishMosaic() {
-  CeilingGrid preview;
-  try {
-    preview = logic_->Preview();
-  } catch (const std::exception& error) {
-    RCLCPP_ERROR(get_logger(), "%s", error.what());
-  }
+  const CeilingGrid preview = logic_->Preview();
   if (preview.width == 0) return;
   nav_msgs::msg::OccupancyGrid grid = ToOccupancyGrid(preview);
   grid.header.stamp = ToTime(now().nanoseconds());

@@ -16,7 +16,7 @@
 #include <std_srvs/srv/trigger.hpp>
 #include <tf2_msgs/msg/tf_message.hpp>
 
-#include "test/lab_drive.hpp"
+#include "tests/samples/ros2/lab_drive.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace ceilmap_ros {

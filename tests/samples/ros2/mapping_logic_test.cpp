@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "calib/base/error.hpp"
-#include "test/lab_drive.hpp"
+#include "tests/samples/ros2/lab_drive.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace ceilmap_ros {

@@ -4,7 +4,7 @@
 
 #include "calib/base/error.hpp"
 #include "ceilmap_ros/logic/rig_state.hpp"
-#include "test/lab_drive.hpp"
+#include "tests/samples/ros2/lab_drive.hpp"
 
 namespace ceilmap_ros {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "calib/base/error.hpp"
 #include "ceilmap_ros/logic/start_pose.hpp"
-#include "test/lab_map.hpp"
+#include "tests/samples/ros2/lab_map.hpp"
 
 namespace ceilmap_ros {
 namespace {
