@@ -48,9 +48,9 @@ class StreamOrder {
 /// are small, so that a double holds them exactly enough.
 class Timeline {
  public:
-  /// Begins again at a stamp of a clock that was reset: `kGap_s` later than all times before.
+  /// Begins again at a stamp of a clock that was reset: `kGapS` later than all times before.
   void Restart(Stamp stamp) {
-    start_s_ = begun_ ? latest_s_ + kGap_s : 0;
+    start_s_ = begun_ ? latest_s_ + kGapS : 0;
     origin_ = stamp;
     latest_s_ = start_s_;
     begun_ = true;
@@ -64,7 +64,7 @@ class Timeline {
   }
 
  private:
-  static constexpr double kGap_s = 10;
+  static constexpr double kGapS = 10;
   bool begun_ = false;
   Stamp origin_ = 0;
   double start_s_ = 0;

@@ -15,10 +15,10 @@ PoseWithCovariance CheckedStart(const Pose2& T_map_base, const Eigen::Matrix3d& 
   }
   const Eigen::Matrix3d symmetric = 0.5 * (covariance + covariance.transpose());
   if (symmetric.llt().info() == Eigen::Success) return {T_map_base, symmetric};
-  constexpr double kSigma_m = 0.5;
-  constexpr double kSigma_rad = 15 * std::numbers::pi / 180;
+  constexpr double kSigmaM = 0.5;
+  constexpr double kSigmaRad = 15 * std::numbers::pi / 180;
   PoseWithCovariance start{T_map_base};
-  start.covariance.diagonal() << kSigma_m * kSigma_m, kSigma_m * kSigma_m, kSigma_rad * kSigma_rad;
+  start.covariance.diagonal() << kSigmaM * kSigmaM, kSigmaM * kSigmaM, kSigmaRad * kSigmaRad;
   return start;
 }
 

@@ -9,7 +9,7 @@ namespace ceilmap_ros {
 namespace {
 
 constexpr std::size_t kSampleQueue = 200;
-constexpr int kWarnEvery_ms = 5000;
+constexpr int kWarnEveryMs = 5000;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ SensorTopics::SensorTopics(rclcpp::Node& node, const CommonParameters& parameter
 }
 
 void SensorTopics::Warn(const std::string& text) {
-  RCLCPP_WARN_THROTTLE(node_.get_logger(), *node_.get_clock(), kWarnEvery_ms, "%s", text.c_str());
+  RCLCPP_WARN_THROTTLE(node_.get_logger(), *node_.get_clock(), kWarnEveryMs, "%s", text.c_str());
 }
 
 cv::Mat SensorTopics::DecodeOrWarn(const Image& message, Colours colours) {
