@@ -205,6 +205,8 @@ class Faults(support.Case):
              {"tilt": "x"}),
             ("tilt 'fused': tilt can only be measured with the robot's geometry; give a Rig",
              (None, path), {"tilt": "fused", "size": (640, 480)}),
+            ("heading_model: needs the forward camera; give a Rig", (None, path),
+             {"heading_model": "lab.colours", "size": (640, 480)}),
             ("resolution -1: must be > 0, map units per pixel of the map", (rig, path),
              {"resolution": -1}),
             ("origin: (0, nan, 0) is not finite; give (x, y, yaw) in metres and radians",
