@@ -103,8 +103,8 @@ void BindPose(py::class_<Estimate>& cls) {
       .def_property_readonly(
           "covariance",
           &CovarianceOf,
-          "(3, 3): of (x, y, yaw), m^2, m rad, rad^2. Of the mapper it is known\n"
-          "only in the finished map.")
+          "(3, 3): of (x, y, yaw), m^2, m rad, rad^2. The mapper's is that of its odometry;\n"
+          "Map.trajectory has the final ones.")
       .def_property_readonly(
           "matrix", &MatrixOf, "(4, 4): p_map = matrix @ p_base, with the tilt of the robot.")
       .def_property_readonly(

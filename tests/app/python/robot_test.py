@@ -46,6 +46,7 @@ class Mapping(support.Case):
         np.testing.assert_allclose(estimate.tum[:4], [estimate.stamp, x, y, 0])
         self.assertEqual(estimate.tilt, (0, 0))
         self.assertIsNone(estimate.heading)
+        self.assertGreater(np.linalg.eigvalsh(estimate.covariance).min(), 0)
         self.assertEqual(mapper.placed_frames, 30)
         self.assertRegex(repr(estimate), r"^<ceilmap.Estimate 102.900 s, tracking \(.*\)>$")
         mapper.discard()
