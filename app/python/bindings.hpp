@@ -14,8 +14,10 @@ void BindRegistration(py::module_& module);
 void BindRig(py::module_& module);
 void BindSettings(py::module_& module);
 void BindRobotTypes(py::module_& module);  ///< Estimate, MappingResult
-void BindRobot(py::module_& module);       ///< after BindRig and BindRobotTypes
-void BindMap(py::module_& module);         ///< after BindRig
+void BindSensors(py::module_& module);
+void BindMapper(py::module_& module);     ///< after BindSensors, BindRig and BindRobotTypes
+void BindLocalizer(py::module_& module);  ///< likewise
+void BindMap(py::module_& module);        ///< after BindRig
 void BindEvaluation(py::module_& module);
 
 }  // namespace ceilmap::python

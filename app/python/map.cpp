@@ -192,9 +192,8 @@ void BindTables(py::class_<PyMap>& map) {
           [](const PyMap& self) {
             return ToTable(self.Unlocked([](const MapReader& m) { return m.ReadWeakSpots(); }));
           },
-          "Where the map is less reliable: kind ('ambiguous', 'lost', 'unclosed'), keyframe, x, "
-          "y,\n"
-          "extent (map units; of 'lost' the number of images).");
+          "Where the map is less reliable: kind ('ambiguous', 'lost', 'unclosed'), keyframe,\n"
+          "x, y, extent (map units; of 'lost' the number of images).");
 }
 
 }  // namespace

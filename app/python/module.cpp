@@ -21,7 +21,9 @@ PYBIND11_MODULE(_ceilmap, module) {
   BindRig(module);
   BindSettings(module);
   BindRobotTypes(module);
-  BindRobot(module);
+  BindSensors(module);
+  BindMapper(module);
+  BindLocalizer(module);
   BindMap(module);
   BindEvaluation(module);
   NameAsImported(module);

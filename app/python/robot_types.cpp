@@ -81,13 +81,14 @@ py::dict StreamDict(const robot::StreamReport& report) {
   return dict;
 }
 
-void BindEstimate(py::module_& module) {
-  py::class_<Estimate>(module, "Estimate", R"(What is known of the robot at an upward image.
+constexpr const char* kEstimateDoc = R"(What is known of the robot at an upward image.
 
 Nothing is guessed: pose, covariance, matrix and tum are None while the pose is not known (status
 'lost' or 'ambiguous'). An Estimate is true where the image determined the pose (status 'tracking'
-or 'relocalized').)")
-      .def_readonly("stamp", &Estimate::stamp_s, "Time of the image, seconds.")
+or 'relocalized').)";
+
+void BindPose(py::class_<Estimate>& cls) {
+  cls.def_readonly("stamp", &Estimate::stamp_s, "Time of the image, seconds.")
       .def_readonly("index", &Estimate::index, "Number of the image.")
       .def_property_readonly(
           "status",
@@ -102,17 +103,20 @@ or 'relocalized').)")
       .def_property_readonly(
           "covariance",
           &CovarianceOf,
-          "(3, 3): of (x, y, yaw), m^2, m rad, rad^2. Of the mapper it is known\n"
-          "only in the finished map.")
+          "(3, 3): of (x, y, yaw), m^2, m rad, rad^2. The mapper's is that of its odometry;\n"
+          "Map.trajectory has the final ones.")
       .def_property_readonly(
           "matrix", &MatrixOf, "(4, 4): p_map = matrix @ p_base, with the tilt of the robot.")
       .def_property_readonly(
-          "tum", &TumOf, "(8,): stamp, x, y, z, qx, qy, qz, qw, a line of a trajectory file.")
-      .def_property_readonly(
-          "tilt",
-          [](const Estimate& self) { return std::pair(self.tilt.pitch_rad, self.tilt.roll_rad); },
-          "(pitch, roll) that was taken out of the image, radians: pitch > 0 has the nose down,\n"
-          "roll > 0 the left side up; (0, 0) where the robot is level.")
+          "tum", &TumOf, "(8,): stamp, x, y, z, qx, qy, qz, qw, a line of a trajectory file.");
+}
+
+void BindMeasured(py::class_<Estimate>& cls) {
+  cls.def_property_readonly(
+         "tilt",
+         [](const Estimate& self) { return std::pair(self.tilt.pitch_rad, self.tilt.roll_rad); },
+         "(pitch, roll) that was taken out of the image, radians: pitch > 0 has the nose down,\n"
+         "roll > 0 the left side up; (0, 0) where the robot is level.")
       .def_property_readonly(
           "lift",
           [](const Estimate& self) { return self.tilt.lift_m; },
@@ -142,9 +146,14 @@ or 'relocalized').)")
           "places", &PlacesOf, "(N, 4): these places, x, y, yaw, weight; the weights sum to 1.")
       .def_readonly("keyframe",
                     &Estimate::keyframe_id,
-                    "Mapper: keyframe against which the image was measured; -1: none.")
-      .def("__bool__", &Estimate::HasPose)
-      .def("__repr__", &Represent);
+                    "Mapper: keyframe against which the image was measured; -1: none.");
+}
+
+void BindEstimate(py::module_& module) {
+  py::class_<Estimate> cls(module, "Estimate", kEstimateDoc);
+  BindPose(cls);
+  BindMeasured(cls);
+  cls.def("__bool__", &Estimate::HasPose).def("__repr__", &Represent);
 }
 
 void BindMappingResult(py::module_& module) {

@@ -46,6 +46,7 @@ class Mapping(support.Case):
         np.testing.assert_allclose(estimate.tum[:4], [estimate.stamp, x, y, 0])
         self.assertEqual(estimate.tilt, (0, 0))
         self.assertIsNone(estimate.heading)
+        self.assertGreater(np.linalg.eigvalsh(estimate.covariance).min(), 0)
         self.assertEqual(mapper.placed_frames, 30)
         self.assertRegex(repr(estimate), r"^<ceilmap.Estimate 102.900 s, tracking \(.*\)>$")
         mapper.discard()
@@ -205,6 +206,8 @@ class Faults(support.Case):
              {"tilt": "x"}),
             ("tilt 'fused': tilt can only be measured with the robot's geometry; give a Rig",
              (None, path), {"tilt": "fused", "size": (640, 480)}),
+            ("heading_model: needs the forward camera; give a Rig", (None, path),
+             {"heading_model": "lab.colours", "size": (640, 480)}),
             ("resolution -1: must be > 0, map units per pixel of the map", (rig, path),
              {"resolution": -1}),
             ("origin: (0, nan, 0) is not finite; give (x, y, yaw) in metres and radians",
