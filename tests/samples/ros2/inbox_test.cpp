@@ -203,8 +203,8 @@ TEST_F(InboxTest, AWaitingWorkerIsWokenAndEnded) {
   EXPECT_FALSE(inbox_.Wait(longest));
 }
 
-TEST(InboxParamsTest, AreChecked) {
-  InboxParams params;
+TEST(InboxOptionsTest, AreChecked) {
+  InboxOptions params;
   params.longest_wait_s = -1;
   try {
     const Inbox inbox(params);

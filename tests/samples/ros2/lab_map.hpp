@@ -15,7 +15,7 @@ struct LabMap {
   LabMap() { Make(file, {}); }
 
   void Make(const std::filesystem::path& map, const Pose2& origin) const {
-    MappingParams params;
+    MappingOptions params;
     params.map = map;
     params.mapper.mapping.origin = origin;
     MappingLogic mapping(LabDrive::Rig(), params);

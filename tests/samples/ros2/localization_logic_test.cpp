@@ -129,7 +129,7 @@ TEST_F(LocalizationLogicTest, NothingIsPublishedWhileTheRobotIsLost) {
 }
 
 TEST_F(LocalizationLogicTest, TheWheelsLeadThroughTheDarkForAWhile) {
-  LocalizationParams params;
+  LocalizationOptions params;
   params.transform.predicted_sigma_m = 0.02;
   LocalizationLogic logic(LabDrive::Rig(), params);
   (void)logic.LoadMap(lab_->file);
@@ -271,7 +271,7 @@ TEST_F(LocalizationLogicTest, ImagesOfAnotherSize) {
 }
 
 TEST_F(LocalizationLogicTest, TheCalibrationOfTheDriver) {
-  LocalizationParams params;
+  LocalizationOptions params;
   params.camera_from_info = true;
   LocalizationLogic logic(LabDrive::Rig(), params);
   (void)logic.LoadMap(lab_->file);
@@ -294,7 +294,7 @@ TEST_F(LocalizationLogicTest, TheCalibrationOfTheDriver) {
 }
 
 TEST_F(LocalizationLogicTest, BadParametersAreRefused) {
-  LocalizationParams params;
+  LocalizationOptions params;
   params.mosaic_max_px = 0;
   EXPECT_THROW(LocalizationLogic(LabDrive::Rig(), params), ceilmap::InputError);
   params = {};

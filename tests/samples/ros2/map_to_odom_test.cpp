@@ -31,7 +31,7 @@ TEST(MapToOdomTest, ComposesToThePose) {
 TEST(MapToOdomTest, AHandComputedCase) {
   // The robot stands at (2, 1) on the map and looks along y; the wheels say (1, 0), along x. The
   // origin of odom is 1 behind the robot: at (2, 0) on the map, and its x is the map's y.
-  MapToOdomParams params;
+  MapToOdomOptions params;
   params.transform_tolerance_s = 0.25;
   const auto result = ComputeMapToOdom(
       4 * kSecond, {2, 1, std::numbers::pi / 2}, {OdometryAnswer::Kind::kKnown, {1, 0, 0}}, params);
@@ -70,7 +70,7 @@ TEST(MapToOdomTest, APredictedPoseIsSureWhileItsCovarianceIsSmall) {
 }
 
 TEST(MapToOdomTest, ParametersAreChecked) {
-  MapToOdomParams params;
+  MapToOdomOptions params;
   params.Validate();
   params.transform_tolerance_s = 0;
   try {

@@ -25,7 +25,7 @@ class MappingLogicTest : public testing::Test {
   }
 
   ceilmap::support::TempFolder folder_;
-  MappingParams params_;
+  MappingOptions params_;
   LabDrive drive_{24};
 };
 

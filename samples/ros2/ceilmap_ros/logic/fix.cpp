@@ -4,7 +4,7 @@
 
 namespace ceilmap_ros {
 
-Fix MakeFix(const Batch& batch, const robot::Estimate& estimate, const MapToOdomParams& params) {
+Fix MakeFix(const Batch& batch, const robot::Estimate& estimate, const MapToOdomOptions& params) {
   Fix fix;
   fix.stamp = batch.frame.stamp;
   fix.estimate = estimate;

@@ -19,7 +19,7 @@ struct Fix {
 };
 
 /// What of an estimate may be published.
-Fix MakeFix(const Batch& batch, const robot::Estimate& estimate, const MapToOdomParams& params);
+Fix MakeFix(const Batch& batch, const robot::Estimate& estimate, const MapToOdomOptions& params);
 
 /// Hands over all that belongs to the frame of a batch, before the frame itself.
 void AddSensors(const Batch& batch, Timeline& timeline, robot::Sensors& sensors);

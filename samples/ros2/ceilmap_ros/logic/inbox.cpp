@@ -32,12 +32,12 @@ void RequireNotNegative(const char* name, double value) {
 
 }  // namespace
 
-void InboxParams::Validate() const {
+void InboxOptions::Validate() const {
   RequireNotNegative("longest_wait", longest_wait_s);
   RequireNotNegative("max_future", max_future_s);
 }
 
-Inbox::Inbox(const InboxParams& params) : params_(params) {
+Inbox::Inbox(const InboxOptions& params) : params_(params) {
   params.Validate();
 }
 

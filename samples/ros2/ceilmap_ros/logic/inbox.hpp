@@ -35,7 +35,7 @@ struct StartRequest {
   Stamp stamp = 0;                         ///< of the pose; 0: now
 };
 
-struct InboxParams {
+struct InboxOptions {
   /// An image waits this long for the odometry and the other images of its time, s, >= 0. Sensors
   /// that have sent nothing so far are not waited for.
   double longest_wait_s = 0.2;
@@ -75,7 +75,7 @@ struct Batch {
 class Inbox {
  public:
   /// @throws InputError on invalid parameters.
-  explicit Inbox(const InboxParams& params = {});
+  explicit Inbox(const InboxOptions& params = {});
 
   void AddOdometry(const OdometryPose& sample);
   void AddGyro(const StampedRate& sample);
@@ -113,7 +113,7 @@ class Inbox {
   void Add(Stream<Sample>& stream, const Sample& sample, std::size_t longest);
   void Notify();
 
-  InboxParams params_;
+  InboxOptions params_;
   mutable std::mutex mutex_;
   std::condition_variable came_;
   bool something_came_ = false;

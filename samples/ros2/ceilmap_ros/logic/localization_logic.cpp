@@ -8,7 +8,7 @@
 namespace ceilmap_ros {
 
 LocalizationLogic::LocalizationLogic(const ceilmap::calib::Rig& rig,
-                                     const LocalizationParams& params)
+                                     const LocalizationOptions& params)
     : params_(params), inbox_(params.inbox), rig_(rig, params.camera_from_info), shared_rig_(rig) {
   params.transform.Validate();
   if (params.mosaic_max_px < 1) throw ceilmap::InputError("mosaic_max_px must be >= 1");

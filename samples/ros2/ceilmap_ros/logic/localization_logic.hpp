@@ -15,9 +15,9 @@
 
 namespace ceilmap_ros {
 
-struct LocalizationParams {
-  InboxParams inbox;
-  MapToOdomParams transform;
+struct LocalizationOptions {
+  InboxOptions inbox;
+  MapToOdomOptions transform;
   bool camera_from_info = false;  ///< RigState
   int mosaic_max_px = 2000;       ///< longest side of the grid that LoadMap returns, >= 1
   robot::CeilingLocalizerParams localizer;
@@ -30,7 +30,7 @@ struct LocalizationParams {
 class LocalizationLogic {
  public:
   /// @throws InputError when rig and parameters do not fit.
-  LocalizationLogic(const ceilmap::calib::Rig& rig, const LocalizationParams& params);
+  LocalizationLogic(const ceilmap::calib::Rig& rig, const LocalizationOptions& params);
   ~LocalizationLogic();
 
   Inbox& Sensors() { return inbox_; }
@@ -67,7 +67,7 @@ class LocalizationLogic {
   std::optional<Fix> Locate(const Batch& batch);
   void TakeStart(const Batch& batch);
 
-  LocalizationParams params_;
+  LocalizationOptions params_;
   Inbox inbox_;
 
   // Of the worker.

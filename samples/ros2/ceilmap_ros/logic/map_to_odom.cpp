@@ -17,14 +17,14 @@ void RequireAtLeast(const char* name, double value, double min, bool without_min
 
 }  // namespace
 
-void MapToOdomParams::Validate() const {
+void MapToOdomOptions::Validate() const {
   RequireAtLeast("transform_tolerance", transform_tolerance_s, 0, true);
   RequireAtLeast("predicted_sigma", predicted_sigma_m, 0, false);
   RequireAtLeast("predicted_sigma_yaw", predicted_sigma_rad, 0, false);
 }
 
 std::optional<PoseWithCovariance> SurePose(const robot::Estimate& estimate,
-                                           const MapToOdomParams& params) {
+                                           const MapToOdomOptions& params) {
   if (estimate.HasPose()) return estimate.pose;
   if (estimate.status != robot::TrackingStatus::kPredicted) return std::nullopt;
   const auto& covariance = estimate.pose.covariance;
@@ -39,7 +39,7 @@ std::optional<PoseWithCovariance> SurePose(const robot::Estimate& estimate,
 std::optional<MapToOdom> ComputeMapToOdom(Stamp stamp,
                                           const Pose2& T_map_base,
                                           const OdometryAnswer& odometry,
-                                          const MapToOdomParams& params) {
+                                          const MapToOdomOptions& params) {
   if (!odometry.Known()) return std::nullopt;
   return MapToOdom{T_map_base * odometry.T_odom_base.Inverse(),
                    stamp + FromSeconds(params.transform_tolerance_s)};

@@ -19,7 +19,7 @@ struct MapToOdom {
   Stamp valid_until = 0;
 };
 
-struct MapToOdomParams {
+struct MapToOdomOptions {
   /// A transform is stamped later than its image by this, as AMCL does, s, > 0.
   double transform_tolerance_s = 0.5;
   /// A pose that the wheels alone predict is used up to this standard deviation of its position, m,
@@ -35,13 +35,13 @@ struct MapToOdomParams {
 /// The pose that the robot may rely on: the one that the image determined, or that the wheels
 /// predict with a small covariance. Nothing while its place is not known.
 std::optional<PoseWithCovariance> SurePose(const robot::Estimate& estimate,
-                                           const MapToOdomParams& params);
+                                           const MapToOdomOptions& params);
 
 /// T_map_odom = T_map_base * inverse(T_odom_base), both at the stamp of the image.
 /// @return nothing when the odometry is not known there.
 std::optional<MapToOdom> ComputeMapToOdom(Stamp stamp,
                                           const Pose2& T_map_base,
                                           const OdometryAnswer& odometry,
-                                          const MapToOdomParams& params);
+                                          const MapToOdomOptions& params);
 
 }  // namespace ceilmap_ros

@@ -20,7 +20,7 @@ void CopyFile(const std::filesystem::path& from, const std::filesystem::path& to
 
 }  // namespace
 
-MappingLogic::MappingLogic(const ceilmap::calib::Rig& rig, const MappingParams& params)
+MappingLogic::MappingLogic(const ceilmap::calib::Rig& rig, const MappingOptions& params)
     : params_(params), inbox_(params.inbox), rig_(rig, params.camera_from_info) {
   params.transform.Validate();
   if (params.mosaic_max_px < 512) throw ceilmap::InputError("mosaic_max_px must be >= 512");

@@ -18,9 +18,9 @@
 
 namespace ceilmap_ros {
 
-struct MappingParams {
-  InboxParams inbox;
-  MapToOdomParams transform;
+struct MappingOptions {
+  InboxOptions inbox;
+  MapToOdomOptions transform;
   bool camera_from_info = false;  ///< RigState
   std::filesystem::path map;      ///< NAME.gpkg; it appears when it is saved
   int mosaic_max_px = 2000;       ///< longest side of the preview, >= 512
@@ -42,7 +42,7 @@ class MappingLogic {
   using SaveDone = std::function<void(const SaveResult&)>;
 
   /// @throws InputError when rig, map and parameters do not fit.
-  MappingLogic(const ceilmap::calib::Rig& rig, const MappingParams& params);
+  MappingLogic(const ceilmap::calib::Rig& rig, const MappingOptions& params);
   ~MappingLogic();
 
   Inbox& Sensors() { return inbox_; }
@@ -71,7 +71,7 @@ class MappingLogic {
   SaveResult SaveMap(const std::filesystem::path& copy);
   std::optional<Fix> Add(const Batch& batch);
 
-  MappingParams params_;
+  MappingOptions params_;
   Inbox inbox_;
 
   // Of the worker. The mosaic refers to the mapper's view.

@@ -46,8 +46,8 @@ struct CommonParameters {
   bool use_imu = false;
   bool camera_from_info = false;
   int mosaic_max_px = 0;
-  InboxParams inbox;
-  MapToOdomParams transform;
+  InboxOptions inbox;
+  MapToOdomOptions transform;
 };
 
 }  // namespace ceilmap_ros

@@ -13,8 +13,8 @@
 namespace ceilmap_ros {
 namespace {
 
-LocalizationParams ToLocalizationParams(const CommonParameters& parameters) {
-  LocalizationParams params;
+LocalizationOptions ToLocalizationOptions(const CommonParameters& parameters) {
+  LocalizationOptions params;
   params.inbox = parameters.inbox;
   params.transform = parameters.transform;
   params.camera_from_info = parameters.camera_from_info;
@@ -29,7 +29,7 @@ LocalizationParams ToLocalizationParams(const CommonParameters& parameters) {
 LocalizationNode::LocalizationNode(const rclcpp::NodeOptions& options)
     : Node("ceilmap_localization", options),
       parameters_(*this),
-      logic_(parameters_.rig, ToLocalizationParams(parameters_)),
+      logic_(parameters_.rig, ToLocalizationOptions(parameters_)),
       fixes_(*this, parameters_),
       ceiling_map_(create_publisher<nav_msgs::msg::OccupancyGrid>(
           "ceiling_map", rclcpp::QoS(1).reliable().transient_local())),

@@ -20,7 +20,7 @@ Pose2 ToOrigin(const std::vector<double>& values) {
 }
 
 std::unique_ptr<MappingLogic> MakeLogic(rclcpp::Node& node, const CommonParameters& parameters) {
-  MappingParams params;
+  MappingOptions params;
   params.inbox = parameters.inbox;
   params.transform = parameters.transform;
   params.camera_from_info = parameters.camera_from_info;
