@@ -4,7 +4,8 @@
 #   samples/install-deps.sh --plots also gnuplot, which draws the figures of --plot, experiments and benchmarks
 #   samples/install-deps.sh --python also python3-opencv and python3-matplotlib, for samples/python
 #   samples/install-deps.sh --tests all of that, a browser, which the tests of the page drive, and what builds the ROS 2 package
-#   samples/install-deps.sh --dev   gnuplot and the tools of the style checks and of packages
+#   samples/install-deps.sh --dev   gnuplot and the tools of the style checks
+#   samples/install-deps.sh --packages what tests/package.sh needs
 # Needs root or sudo only when something is missing.
 set -euo pipefail
 
@@ -25,9 +26,10 @@ case "${1:-}" in
     packages+=(gnuplot-nox python3-opencv python3-matplotlib chromium chromium-driver
       ament-cmake rosidl-cmake rosidl-generator-c-cpp)
     ;;
-  --dev) packages+=(clang-format clang-tidy gnuplot-nox dpkg-dev lintian mmdebstrap) ;;
+  --dev) packages+=(clang-format clang-tidy gnuplot-nox) ;;
+  --packages) packages+=(dpkg-dev lintian mmdebstrap) ;;
   *)
-    echo "install-deps.sh: unknown argument '$1', must be --plots, --python, --tests, --dev or nothing" >&2
+    echo "install-deps.sh: unknown argument '$1', must be --plots, --python, --tests, --dev, --packages or nothing" >&2
     exit 2
     ;;
 esac

@@ -3,21 +3,17 @@
 # the program on a sample, the manual pages, the Python module, and a project that uses find_package(ceilmap).
 #   tests/package.sh          builds all with the preset package
 #   tests/package.sh BUILD    packages what the build folder BUILD holds
-# Needs root, lintian and mmdebstrap, and Debian's archive as /etc/apt names it: it downloads 1 GB.
+# Needs root, and Debian's archive as /etc/apt names it: it downloads 1 GB.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=${1:-}
-for tool in lintian mmdebstrap dpkg-shlibdeps; do
-  if ! command -v "$tool" >/dev/null; then
-    echo "package.sh: $tool is missing; apt-get install lintian mmdebstrap dpkg-dev" >&2
-    exit 1
-  fi
-done
 if ((EUID != 0)); then
   echo "package.sh: run as root, which a chroot needs" >&2
   exit 1
 fi
+samples/install-deps.sh --packages
+# Where the clean system's packages come from.
 sources=()
 for file in /etc/apt/sources.list /etc/apt/sources.list.d/debian.sources; do
   if [[ -s $file ]] && grep -q bookworm "$file"; then sources+=("$file"); fi
@@ -57,6 +53,7 @@ step "clean Debian 12"
 trial=$work/trial
 mkdir "$trial"
 cp -r "$build/packages" samples/lab-map tests/integration/consumer tests/package-trial.sh "$trial"
+# shellcheck disable=SC2016  # $1 is the folder of the clean system, which mmdebstrap names
 mmdebstrap --quiet --mode=root --variant=apt --format=null \
   --aptopt='APT::Install-Recommends "false"' --aptopt='Acquire::Retries "3"' \
   --customize-hook="copy-in $trial /" --customize-hook='chroot "$1" bash /trial/package-trial.sh' \

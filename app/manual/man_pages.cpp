@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -70,6 +71,7 @@ std::string Purpose(const CLI::App& command) {
 
 std::vector<std::string> NamesOf(const std::set<CLI::Option*>& options) {
   std::vector<std::string> names;
+  names.reserve(options.size());
   for (const CLI::Option* option : options) names.push_back(Bold(Names(*option).back()));
   return names;
 }
@@ -207,7 +209,9 @@ std::string Page(const CLI::App& command, const std::string& version) {
   });
   if (!Commands(command).empty()) text += CommandList(command);
   text += Options(command) + ExamplesAndNotes(command);
-  return fmt::format(".TH {} 1 \"\" \"{}\" \"User Commands\"\n", Escaped(title), version) + text +
+  return fmt::format(
+             ".TH {} 1 \"\" \"{}\" \"User Commands\"\n.nh\n.ad l\n", Escaped(title), version) +
+         text +
          ".SH EXIT STATUS\n.TP\n0\nThe command is done.\n.TP\n1\nThe run failed.\n.TP\n2\n"
          "Arguments or input files cannot be used.\n" +
          SeeAlso(command);

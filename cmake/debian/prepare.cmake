@@ -20,7 +20,7 @@ foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   set(package ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
   set(share ${CPACK_TEMPORARY_DIRECTORY}/${component}${CPACK_PACKAGING_INSTALL_PREFIX}/share)
   set(documents ${share}/doc/${package})
-  file(INSTALL ${debian}/copyright DESTINATION ${documents})
+  file(COPY ${debian}/copyright DESTINATION ${documents})
   execute_process(
     COMMAND awk -f ${debian}/changelog.awk -v package=${package} -v version=${CPACK_PACKAGE_VERSION}
       -v "maintainer=${CPACK_PACKAGE_CONTACT}" -v "date=${date}" ${CPACK_CEILMAP_SOURCE_DIR}/CHANGELOG.md

@@ -26,6 +26,8 @@ TEST(ManPages, APageHasAllThatHelpSays) {
   const SampleProgram sample;
   EXPECT_EQ(ManPages(sample.app, "tool 1.2").at("tool-draw"),
             R"(.TH TOOL\-DRAW 1 "" "tool 1.2" "User Commands"
+.nh
+.ad l
 .SH NAME
 tool\-draw \- draws a map\(aqs parts
 .SH SYNOPSIS

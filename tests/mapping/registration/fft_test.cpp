@@ -138,6 +138,35 @@ TEST(RealFft, LinesAreIndependentPlanesOfOneRow) {
   }
 }
 
+TEST(ComplexFft, IsTheDefinition) {
+  for (const int length : {24, 15, 7}) {
+    constexpr int kCount = 11;
+    const ComplexFft lines = ComplexFft::Lines(kCount, length);
+    const auto n = static_cast<std::size_t>(length);
+    ASSERT_EQ(lines.Size(), kCount * n);
+    const RealArray parts = RandomSamples(2 * lines.Size(), 8);
+    ComplexArray values(lines.Size());
+    for (std::size_t i = 0; i < lines.Size(); ++i) values[i] = {parts[2 * i], parts[2 * i + 1]};
+    ComplexArray bins(lines.Size());
+    lines.Forward(All(values), All(bins));
+    for (std::size_t i = 0; i < bins.size(); ++i) {
+      std::complex<double> sum = 0;
+      for (std::size_t k = 0; k < n; ++k) {
+        const double turns = static_cast<double>(k * (i % n)) / length;
+        sum += std::complex<double>(values[i / n * n + k]) *
+               std::polar(1.0, -2 * std::numbers::pi * turns);
+      }
+      EXPECT_LT(std::abs(std::complex<double>(bins[i]) - sum), 1e-5) << length << " " << i;
+    }
+    ComplexArray back(lines.Size());
+    lines.Inverse(All(bins), All(back));
+    for (std::size_t i = 0; i < back.size(); ++i) {
+      EXPECT_LT(std::abs(back[i] / static_cast<float>(length) - values[i]), 1e-6);
+      EXPECT_EQ(values[i], std::complex<float>(parts[2 * i], parts[2 * i + 1]));
+    }
+  }
+}
+
 TEST(PlaneFft, RefusesBuffersThatAreTooSmall) {
   PlaneFft plane(8, 10);
   RealArray real(plane.RealSize());
