@@ -31,10 +31,14 @@ void Buffer::Resize(std::size_t size) {
   size_ = size;
 }
 
-void Buffer::Free() {
-  bytes_.reset();
-  size_ = 0;
-  capacity_ = 0;
+void Buffer::Grow(std::size_t size) {
+  if (size > capacity_) {
+    auto grown = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+    std::copy_n(bytes_.get(), size_, grown.get());
+    bytes_ = std::move(grown);
+    capacity_ = size;
+  }
+  size_ = size;
 }
 
 ByteFile::ByteFile(const std::filesystem::path& path, std::string name) : name_(std::move(name)) {

@@ -14,6 +14,8 @@ class Buffer {
  public:
   /// The content is lost.
   void Resize(std::size_t size);
+  /// The content remains. @param size  at least Size().
+  void Grow(std::size_t size);
   [[nodiscard]] std::size_t Size() const { return size_; }
   [[nodiscard]] std::size_t Capacity() const { return capacity_; }
   [[nodiscard]] std::uint8_t* Data() { return bytes_.get(); }
@@ -21,8 +23,6 @@ class Buffer {
   [[nodiscard]] std::span<const std::uint8_t> Bytes() const { return {bytes_.get(), size_}; }
   /// Keeps the first bytes. @param size  at most Size().
   void Shorten(std::size_t size) { size_ = size; }
-  /// Returns the memory.
-  void Free();
 
  private:
   std::unique_ptr<std::uint8_t[]> bytes_;

@@ -25,7 +25,31 @@ struct NamedCompression {
 constexpr std::array<NamedCompression, 4> kCompressions = {
     {{"none", 1}, {"zstd", 32768}, {"lz4", 255}, {"bz2", 1'200'000}}};
 
-bool UnpackZstd(std::span<const std::uint8_t> packed, Buffer& unpacked) {
+// The memory with which decompression begins: few bytes that state a large size get a little.
+std::size_t FirstSize(std::span<const std::uint8_t> packed, std::uint64_t size) {
+  constexpr std::uint64_t kUsualRatio = 8;
+  constexpr std::uint64_t kLeast = std::uint64_t{64} << 10U;
+  return static_cast<std::size_t>(std::min(size, std::max(kLeast, kUsualRatio * packed.size())));
+}
+
+// True when the buffer, full, has not its final size yet, and now has room.
+bool MakeLarger(Buffer& unpacked, std::uint64_t size) {
+  if (unpacked.Size() >= size) return false;
+  unpacked.Grow(static_cast<std::size_t>(std::min<std::uint64_t>(size, 4 * unpacked.Size())));
+  return true;
+}
+
+// The size that a frame of zstd states. @throws DamagedBytes when it is another than `size`.
+bool StatesItsSize(std::span<const std::uint8_t> packed, std::uint64_t size) {
+  const unsigned long long frame = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (frame == ZSTD_CONTENTSIZE_ERROR || frame == ZSTD_CONTENTSIZE_UNKNOWN) return false;
+  if (frame == size) return true;
+  throw DamagedBytes(fmt::format("states {} bytes, but its frame {}", size, frame));
+}
+
+bool UnpackZstd(std::span<const std::uint8_t> packed, std::uint64_t size, Buffer& unpacked) {
+  const bool stated = StatesItsSize(packed, size);
+  unpacked.Resize(stated ? static_cast<std::size_t>(size) : FirstSize(packed, size));
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(),
                                                                      &ZSTD_freeDCtx);
   if (!context) throw std::bad_alloc();
@@ -36,14 +60,21 @@ bool UnpackZstd(std::span<const std::uint8_t> packed, Buffer& unpacked) {
     const std::size_t in_before = in.pos;
     const std::size_t out_before = out.pos;
     left = ZSTD_decompressStream(context.get(), &out, &in);
-    if (ZSTD_isError(left) != 0 || (in.pos == in_before && out.pos == out_before)) break;
+    if (ZSTD_isError(left) != 0) break;
+    if (out.pos == out.size && left != 0 && MakeLarger(unpacked, size)) {
+      out = {unpacked.Data(), unpacked.Size(), out.pos};
+    } else if (in.pos == in_before && out.pos == out_before) {
+      break;
+    }
   }
-  const bool complete = left == 0 && out.pos == unpacked.Size();
+  const bool complete = left == 0 && out.pos == size;
   unpacked.Shorten(out.pos);
   return complete;
 }
 
-bool UnpackLz4(std::span<const std::uint8_t> packed, Buffer& unpacked) {
+// The ratio is small enough to take all memory at once.
+bool UnpackLz4(std::span<const std::uint8_t> packed, std::uint64_t size, Buffer& unpacked) {
+  unpacked.Resize(static_cast<std::size_t>(size));
   LZ4F_dctx* created = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&created, LZ4F_VERSION)) != 0) {
     throw std::bad_alloc();
@@ -69,7 +100,8 @@ bool UnpackLz4(std::span<const std::uint8_t> packed, Buffer& unpacked) {
   return complete;
 }
 
-bool UnpackBz2(std::span<const std::uint8_t> packed, Buffer& unpacked) {
+bool UnpackBz2(std::span<const std::uint8_t> packed, std::uint64_t size, Buffer& unpacked) {
+  unpacked.Resize(FirstSize(packed, size));
   bz_stream stream{};
   if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) throw std::bad_alloc();
   const std::unique_ptr<bz_stream, decltype(&BZ2_bzDecompressEnd)> end(&stream,
@@ -84,9 +116,15 @@ bool UnpackBz2(std::span<const std::uint8_t> packed, Buffer& unpacked) {
     const unsigned in_before = stream.avail_in;
     const unsigned out_before = stream.avail_out;
     result = BZ2_bzDecompress(&stream);
-    if (stream.avail_in == in_before && stream.avail_out == out_before) break;
+    const std::size_t written = unpacked.Size() - stream.avail_out;
+    if (result == BZ_OK && stream.avail_out == 0 && MakeLarger(unpacked, size)) {
+      stream.next_out = reinterpret_cast<char*>(unpacked.Data() + written);
+      stream.avail_out = static_cast<unsigned>(unpacked.Size() - written);
+    } else if (stream.avail_in == in_before && stream.avail_out == out_before) {
+      break;
+    }
   }
-  const bool complete = result == BZ_STREAM_END && stream.avail_out == 0;
+  const bool complete = result == BZ_STREAM_END && unpacked.Size() - stream.avail_out == size;
   unpacked.Shorten(unpacked.Size() - stream.avail_out);
   return complete;
 }
@@ -120,17 +158,17 @@ bool Decompress(Compression compression,
     throw DamagedBytes(fmt::format(
         "states {} bytes, which {} of {} cannot hold", size, packed.size(), NameOf(compression)));
   }
-  unpacked.Resize(static_cast<std::size_t>(size));
   switch (compression) {
     case Compression::kZstd:
-      return UnpackZstd(packed, unpacked);
+      return UnpackZstd(packed, size, unpacked);
     case Compression::kLz4:
-      return UnpackLz4(packed, unpacked);
+      return UnpackLz4(packed, size, unpacked);
     case Compression::kBz2:
-      return UnpackBz2(packed, unpacked);
+      return UnpackBz2(packed, size, unpacked);
     case Compression::kNone:
       break;
   }
+  unpacked.Resize(static_cast<std::size_t>(size));
   std::copy_n(packed.begin(), unpacked.Size(), unpacked.Data());
   return packed.size() == size;
 }

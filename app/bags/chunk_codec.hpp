@@ -21,8 +21,8 @@ std::optional<Compression> CompressionNamed(std::string_view name);
 std::string_view NameOf(Compression compression);
 
 /// Decompresses one frame.
-/// @param size  what it must have uncompressed, at most kMaxChunkBytes. The memory is taken at
-///   once, but used only as far as bytes come.
+/// @param size  what it must have uncompressed, at most kMaxChunkBytes. Memory is taken as far as
+///   bytes come.
 /// @param unpacked  of `size` bytes; fewer where the input is damaged or ends early.
 /// @return false then.
 /// @throws DamagedBytes when no input of this length can have this size.

@@ -16,7 +16,6 @@ namespace ceilmap::bags {
 namespace {
 
 constexpr std::int32_t kUnknownTopic = -1;
-constexpr std::size_t kChannels = std::size_t{1} << 16U;
 
 struct McapRecordHead {
   mcap::Opcode opcode = {};
@@ -44,7 +43,7 @@ MessageEncoding EncodingNamed(std::string_view name) {
 }  // namespace
 
 McapBag::McapBag(const std::filesystem::path& path, std::string name)
-    : ChunkedBag(path, std::move(name)), channels_(kChannels, kUnknownTopic) {
+    : ChunkedBag(path, std::move(name)) {
   std::array<std::uint8_t, mcap::kMagic.size()> magic{};
   if (file_.Size() >= magic.size()) file_.Read(0, magic);
   if (magic != mcap::kMagic) throw InputError(fmt::format("{}: is no MCAP file", file_.Name()));
@@ -125,14 +124,19 @@ void McapBag::AddIndexed(const mcap::ChunkIndex& index, std::uint64_t data_end) 
   place.first_ns = SignedTime(index.first_time);
   place.last_ns = SignedTime(index.last_time);
   for (const auto& [channel, ignored] : index.index) {
-    if (channels_[channel] == kUnknownTopic) {
-      throw DamagedBytes(fmt::format("its index does not define channel {}", channel));
-    }
-    place.topics.push_back(static_cast<std::uint32_t>(channels_[channel]));
+    place.topics.push_back(IndexedTopic(channel));
   }
   AddCompression(index.compression);
   if (index.last_time != 0) AddTime(place.first_ns, place.last_ns);  // of an empty chunk: 0
   places_.push_back(std::move(place));
+}
+
+std::uint32_t McapBag::IndexedTopic(std::uint16_t channel) const {
+  const std::int32_t topic = channel < channels_.size() ? channels_[channel] : kUnknownTopic;
+  if (topic == kUnknownTopic) {
+    throw DamagedBytes(fmt::format("its index does not define channel {}", channel));
+  }
+  return static_cast<std::uint32_t>(topic);
 }
 
 void McapBag::AddStatistics(const mcap::Statistics& statistics) {
@@ -140,11 +144,7 @@ void McapBag::AddStatistics(const mcap::Statistics& statistics) {
     if (topic != kUnknownTopic) topics_.Count(static_cast<std::uint32_t>(topic), 0);
   }
   for (const auto& [channel, count] : statistics.channels) {
-    const std::int32_t topic = channels_[channel];
-    if (topic == kUnknownTopic) {
-      throw DamagedBytes(fmt::format("its index does not define channel {}", channel));
-    }
-    topics_.Count(static_cast<std::uint32_t>(topic), SignedTime(count));
+    topics_.Count(IndexedTopic(channel), SignedTime(count));
   }
 }
 
@@ -153,7 +153,7 @@ void McapBag::Scan(const std::string& index_problem) {
   topics_ = {};
   places_.clear();
   schemas_.clear();
-  std::fill(channels_.begin(), channels_.end(), kUnknownTopic);
+  channels_.clear();
   facts_ = {.format = facts_.format, .compression = {}, .first_ns = {}, .last_ns = {}};
 
   scanning_ = true;
@@ -336,7 +336,7 @@ void McapBag::ListMessages(ChunkContent& content, bool complete, std::uint64_t o
 }
 
 std::int32_t McapBag::TopicOf(std::uint16_t channel) {
-  const std::int32_t topic = channels_[channel];
+  const std::int32_t topic = channel < channels_.size() ? channels_[channel] : kUnknownTopic;
   if (topic == kUnknownTopic) {
     Warn(fmt::format("messages of channel {}, which is not defined, are skipped", channel));
   }
@@ -365,6 +365,7 @@ void McapBag::DefineChannel(const mcap::Channel& channel) {
     Warn(fmt::format("topic '{}' has no schema, so that its type is not known",
                      Shown(channel.topic)));
   }
+  if (channel.id >= channels_.size()) channels_.resize(channel.id + std::size_t{1}, kUnknownTopic);
   std::int32_t& known = channels_[channel.id];
   if (known == kUnknownTopic) {
     known = static_cast<std::int32_t>(topics_.Add(std::string(channel.topic), type, encoding));

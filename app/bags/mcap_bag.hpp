@@ -28,6 +28,8 @@ class McapBag : public ChunkedBag {
   bool ReadSummary();
   void ReadSummaryRecords(std::span<const std::uint8_t> summary, std::uint64_t start);
   void AddIndexed(const mcap::ChunkIndex& index, std::uint64_t data_end);
+  /// The number of the topic. @throws DamagedBytes when the channel is not defined.
+  [[nodiscard]] std::uint32_t IndexedTopic(std::uint16_t channel) const;
   void AddStatistics(const mcap::Statistics& statistics);
 
   /// @param index_problem  why the summary is not used; empty: there is none.

@@ -2,24 +2,21 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <functional>
 
 namespace ceilmap::bags {
 
 void WarningList::Add(const std::string& text) {
-  constexpr std::size_t kMost = 10;
-  const std::string line = fmt::format("{}: {}", name_, text);
-  if (std::find(first_.begin(), first_.end(), line) != first_.end()) return;
-  if (first_.size() < kMost) {
-    first_.push_back(line);
-  } else {
-    ++others_;
-  }
+  constexpr std::size_t kMostLines = 10;
+  constexpr std::size_t kMostSeen = 100'000;
+  if (seen_.size() == kMostSeen || !seen_.insert(std::hash<std::string>()(text)).second) return;
+  if (first_.size() < kMostLines) first_.push_back(fmt::format("{}: {}", name_, text));
 }
 
 std::vector<std::string> WarningList::All() const {
   std::vector<std::string> all = first_;
-  if (others_ > 0) all.push_back(fmt::format("{}: {} more problems", name_, others_));
+  const std::size_t others = seen_.size() - first_.size();
+  if (others > 0) all.push_back(fmt::format("{}: {} more problems", name_, others));
   return all;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -19,7 +20,7 @@ class WarningList {
  private:
   std::string name_;
   std::vector<std::string> first_;
-  std::size_t others_ = 0;
+  std::unordered_set<std::size_t> seen_;  // hashes
 };
 
 }  // namespace ceilmap::bags

@@ -126,6 +126,22 @@ TEST_F(McapBagTest, ReadsCompressedChunks) {
   EXPECT_THAT(bag->Warnings(), IsEmpty());
 }
 
+// As a writer that streams compresses.
+TEST_F(McapBagTest, ReadsFramesOfZstdThatDoNotStateTheirSize) {
+  const std::string data(1'000'000, 'z');
+  const std::string records = McapMessage(4, 1, data);
+  std::string packed(ZSTD_compressBound(records.size()), '\0');
+  ZSTD_CCtx* const context = ZSTD_createCCtx();
+  ZSTD_CCtx_setParameter(context, ZSTD_c_contentSizeFlag, 0);
+  packed.resize(
+      ZSTD_compress2(context, packed.data(), packed.size(), records.data(), records.size()));
+  ZSTD_freeCCtx(context);
+  const auto bag =
+      Open(McapFile(kDefinitions + McapPackedChunk("zstd", records.size(), packed), ""));
+  EXPECT_TRUE(ReadAll(*bag) == std::vector<std::string>({"/up 1 " + data}));
+  EXPECT_THAT(bag->Warnings(), IsEmpty());
+}
+
 TEST_F(McapBagTest, SkipsAChunkWithAnotherChecksum) {
   IndexedFile file;
   file.bytes[file.bytes.find("c", file.late_at + 60)] = 'C';
@@ -184,6 +200,9 @@ const std::vector<Skipped> kSkipped = {
     {"StatesMoreThanItCanHold",
      McapPackedChunk("lz4", 500'000'000, "bomb"),
      "the chunk at byte % is skipped: it states 500000000 bytes, which 4 of lz4 cannot hold"},
+    {"FrameStatesAnotherSize",
+     McapPackedChunk("zstd", 5, PackZstd("more than five bytes")),
+     "the chunk at byte % is skipped: it states 5 bytes, but its frame 20"},
     {"IsNoFrame",
      McapPackedChunk("zstd", 100, "no frame"),
      "the chunk at byte % is damaged; what comes before the damage is used"},
