@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -37,9 +38,8 @@ std::size_t PoseTopicOf(const std::vector<bags::Topic>& topics, const std::strin
     throw InputError(fmt::format(
         "{}: has no topic of type {} or {}", file, bags::kPoseType, bags::kOdometryType));
   }
-  throw InputError(fmt::format("{}: has poses on the topics {}; give a bag with one of them",
-                               file,
-                               fmt::join(names, ", ")));
+  throw InputError(fmt::format(
+      "{}: has poses on the topics {}; give a bag with one of them", file, fmt::join(names, ", ")));
 }
 
 // Reads the messages of a bag into an estimate.
@@ -56,10 +56,11 @@ class EstimateReader {
                      Eigen::Quaterniond(w, x, y, z)};
     if (!pose.position.allFinite() ||
         !(std::abs(pose.orientation.norm() - 1) <= kLengthTolerance)) {
-      throw InputError(fmt::format("{}: the pose at {:.6f} s is not finite, or its quaternion not "
-                                   "of unit length",
-                                   file_,
-                                   pose.stamp_s));
+      throw InputError(
+          fmt::format("{}: the pose at {:.6f} s is not finite, or its quaternion not "
+                      "of unit length",
+                      file_,
+                      pose.stamp_s));
     }
     if (!estimate_.poses.empty() && pose.stamp_s <= estimate_.poses.back().stamp_s) {
       throw InputError(fmt::format("{}: timestamp {:.6f} is not later than {:.6f} before it",
@@ -79,9 +80,16 @@ class EstimateReader {
     }
   }
 
-  // Assigns the statuses to the poses of the same times.
   void Finish() {
-    if (statuses_.empty()) return;
+    const auto known = [](const auto& covariance) { return covariance.has_value(); };
+    auto& covariances = estimate_.covariances;
+    if (std::none_of(covariances.begin(), covariances.end(), known)) covariances.clear();
+    if (!statuses_.empty()) AssignStatuses();
+  }
+
+ private:
+  // To the poses of the same times.
+  void AssignStatuses() {
     std::size_t next = 0;
     for (const auto& [stamp_s, word] : statuses_) {
       ++estimate_.frames_of_status[word];
@@ -98,8 +106,7 @@ class EstimateReader {
     estimate_.frames_of_status.clear();
   }
 
- private:
-  // Of x, y, yaw. All zeros: not known.
+  // Of x, y, yaw; nothing where it is not positive definite, as all zeros are: not known.
   static evaluation::PoseCovariance PlanarCovariance(const std::array<double, 36>& rows) {
     constexpr std::array<std::size_t, 3> kPlanar = {0, 1, 5};
     Eigen::Matrix3d covariance;
@@ -109,7 +116,7 @@ class EstimateReader {
             rows[6 * kPlanar[row] + kPlanar[column]];
       }
     }
-    if (covariance.isZero(0) || !covariance.allFinite()) return {};
+    if (!covariance.allFinite() || covariance.llt().info() != Eigen::Success) return {};
     return covariance;
   }
 
