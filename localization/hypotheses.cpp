@@ -5,17 +5,15 @@
 #include <cmath>
 
 #include "calib/base/field_check.hpp"
+#include "localization/usual_support.hpp"
 
 namespace ceilmap::localization {
 
 namespace {
 
 constexpr int kMaxHypotheses = 8;  // maximum number; those with least evidence are dropped, >= 2
-// Inlier ratio of a correction that the image supports, and of a match that confirms a trusted
-// place alone, relative to those of the robot before. At other places of a hall with equal tiles
-// matches had up to 0.83.
+// Inlier ratio of a correction that the image supports, relative to those of the robot before.
 constexpr double kSomeAgreement = 0.2;
-constexpr double kUsualRatio = 0.85;
 constexpr double kStrongTexture = 0.9;
 constexpr int kMaxMisses = 3;  // consecutive frames without recognition of a place, >= 1
 // Evidence against a place that is not recognised in a frame in which others are, nats.
@@ -193,15 +191,15 @@ void Hypotheses::MatchAll(const std::function<std::optional<MapMatch>(const Hypo
     }
     // Where hardly any block disagreed before, a mere correction is no confirmation either.
     const bool weak_texture = usual_inliers < kStrongTexture;
-    h.trusted = h.trusted &&
-                ((match->corrected && weak_texture) || h.agreement >= kUsualRatio * usual_inliers);
+    h.trusted = h.trusted && ((match->corrected && weak_texture) ||
+                              h.agreement >= kUsualSupport * usual_inliers);
     h.match = *match;
     h.misses = 0;
     h.contradictions = 0;
     Take(match->pose, h);
     ++h.matches;
     // The next frame shows hardly anything else than this one, so a chance match matches again.
-    const bool tells = match->distinct && h.agreement >= kUsualRatio * usual_inliers;
+    const bool tells = match->distinct && h.agreement >= kUsualSupport * usual_inliers;
     const bool counts = !match->disambiguated_by_prior && (anew || tells);
     h.confirmations += counts ? 1 : 0;
   }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "localization/usual_support.hpp"
+
 namespace ceilmap::localization {
 
 using registration::FrameSpectrum;
@@ -12,9 +14,6 @@ namespace {
 
 // A measured pose further from the predicted one is rejected, in standard deviations, > 0.
 constexpr double kMaxSigmas = 5;
-// Against the wheels a pose must be supported by this part of the blocks that agreed before: they
-// slip less often than a robot that was carried sees a ceiling like the one that it left.
-constexpr double kSlipInliers = 0.85;
 
 double InlierRatio(const MapMatch& match) {
   return match.blocks > 0 ? static_cast<double>(match.inliers) / match.blocks : 0;
@@ -107,7 +106,7 @@ std::optional<Tracker::Found> Tracker::Track(double stamp_s,
     std::optional<Candidate> at_constant_velocity = MatchAt(motion_.Pose(), spectrum);
     const bool as_usual =
         !by_wheels || (at_constant_velocity && InlierRatio(at_constant_velocity->found.match) >=
-                                                   kSlipInliers * usual_inliers_);
+                                                   kUsualSupport * usual_inliers_);
     if (at_constant_velocity && as_usual &&
         (!best || at_constant_velocity->sigmas < best->sigmas)) {
       best = std::move(at_constant_velocity);

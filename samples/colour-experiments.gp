@@ -24,14 +24,24 @@ terminal(format, width, height) = format eq 'svg' ? \
 output(name, format) = sprintf("set output '%s/%s.%s'", folder, name, format)
 
 do for [format in 'svg png'] {
-  # As figure 3 of ViCTORiA: a transition matrix; rows and columns in the order of the classes, whose colours stand beside them.
-  # Frequent transitions are dark, with a gamma of 0.25.
-  eval terminal(format, 520, 520)
+  # As figure 3 of ViCTORiA. Left: an image in the colours of the classes, and a scan line between two white ones. Right: its
+  # transitions, rows and columns in the order of the classes, whose colours stand beside them. Frequent transitions are dark, with
+  # a gamma of 0.25.
+  eval terminal(format, 1080, 480)
   eval output('transitions', format)
+  set multiplot layout 1,2 margins char 2,char 3,char 4,char 1 spacing char 9,char 0
   set size ratio -1
   unset grid
   unset key
   unset colorbox
+  unset tics
+  unset border
+  unset xlabel
+  unset ylabel
+  plot result('classes.png') binary filetype=png with rgbimage
+  set border
+  set tics nomirror out scale 0.6
+  set datafile separator ','
   set palette defined (0 '#FFFFFF', 1 '#000000')
   set cbrange [0:1]
   set xlabel 'followed by class'
@@ -40,9 +50,11 @@ do for [format in 'svg png'] {
   set ytics 0,1
   set xrange [-1.6:7.6]    # eight classes
   set yrange [7.6:-1.6]
-  plot result('transitions.txt') using 2:1:($3 ** 0.25) with image, \
-    result('classes.txt') using (-1.0):1:2 with points pt 5 ps 3 lc rgb variable, \
-    '' using 1:(-1.0):2 with points pt 5 ps 3 lc rgb variable
+  plot result('transitions.csv') skip 9 using 3:2:($4 ** 0.25) with image, \
+    '' using (-1.0):(strcol(1) eq 'class' ? $2 : NaN):4 with points pt 5 ps 3 lc rgb variable, \
+    '' using (strcol(1) eq 'class' ? $2 : NaN):(-1.0):4 with points pt 5 ps 3 lc rgb variable
+  unset multiplot
+  set datafile separator whitespace
   set size noratio
   set autoscale
   set xtics autofreq
@@ -112,6 +124,28 @@ do for [format in 'svg png'] {
     '' using 1:9 with linespoints ls 3 title 'grid, no parallax', \
     '' using 1:7 with linespoints ls 4 title 'grid', \
     '' using 1:11 with linespoints ls 5 title 'grid, victoria-2013, frames alone'
+  set autoscale
+
+  # (e) As figure 6: values of Y, U and V of six cameras, before and after the white balance.
+  eval terminal(format, 1080, 560)
+  eval output('histograms', format)
+  set datafile separator ','
+  set multiplot layout 2,3 margins char 8,char 2,char 3.5,char 2 spacing char 6,char 4
+  unset key
+  do for [column in '4 5'] {
+    do for [channel in 'Y U V'] {
+      set label 1 channel . (column eq '4' ? ' as the cameras have it' : ' after the white balance') at graph 0,1 offset 0,0.7 left
+      if (channel eq 'Y') { set ylabel 'frequency' } else { unset ylabel }
+      if (column eq '5') { set xlabel 'value' } else { unset xlabel }
+      first = channel eq 'Y' ? 0 : 64
+      set xrange [first:256 - first]
+      plot for [head = 1:6] result('histograms.csv') \
+        using (strcol(1) eq 'head-' . head && strcol(2) eq channel ? $3 + 2 : NaN):(column(int(column))) with lines lw 1.5 lc head
+    }
+  }
+  unset multiplot
+  unset label 1
+  set datafile separator whitespace
   set autoscale
   set output
 }

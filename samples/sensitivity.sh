@@ -41,7 +41,7 @@ measure() {
 
 row() {
   local cells="| $1 |" cell method
-  for method in forward ceiling fused; do
+  for method in matsumoto forward ceiling fused; do
     cell=$(measure "$2" "$method")
     cells+=" $cell |"
   done
@@ -49,8 +49,8 @@ row() {
 }
 
 echo
-echo '| wrong | forward | ceiling | fused |'
-echo '|---|---|---|---|'
+echo '| wrong | matsumoto | forward | ceiling | fused |'
+echo '|---|---|---|---|---|'
 row 'nothing' "$sample/rig.yaml"
 for what in a d h f_up f_forward; do
   for percent in 1 2 5; do

@@ -131,6 +131,24 @@ void WarnOfUncertainAngles(const mount::ForwardMount& forward) {
   check("roll", forward.roll_rad, "--spin-forward");
 }
 
+// Says what cannot be measured without times, before the recordings are read.
+void CheckTimes(const CalibrateRigOptions& params,
+                const recordings::FrameSource& spin,
+                const recordings::FrameSource& straight) {
+  const auto timed = [](const recordings::FrameSource& source) {
+    return source.Stamps() != recordings::StampOrigin::kFrameIndex;
+  };
+  if (timed(spin) && timed(straight)) return;
+  if (params.HasWheels()) {
+    throw InputError(
+        "calibrate rig: wheels and gyro need the times of the images; give --spin-stamps and "
+        "--straight-stamps");
+  }
+  terminal::Note(
+      "no times of the images: the read-out time of the upward camera is not measured; give "
+      "--spin-stamps and --straight-stamps if its shutter is rolling");
+}
+
 // Says why the read-out time was not measured, where the images show one or have times.
 void ReportReadout(const CalibrateRigOptions& params,
                    bool has_stamps,
@@ -211,15 +229,9 @@ void CheckAgreement(const fs::path& file,
 
 // @return nothing when there are no samples.
 std::optional<mount::WheelConstants> CalibrateWheels(const CalibrateRigOptions& params,
-                                                     bool has_stamps,
                                                      const calib::Rig& rig,
                                                      const mount::UpMount& up) {
   if (!params.HasWheels()) return std::nullopt;
-  if (!has_stamps) {
-    throw InputError(
-        "calibrate rig: wheels and gyro need the times of the images; give --spin-stamps and "
-        "--straight-stamps");
-  }
   const double behind_m = up.axle_behind_mast_m.value;
   const mount::WheelConstants found = mount::MeasureWheelConstants(
       up,
@@ -251,6 +263,7 @@ void RunCalibrateRig(CalibrateRigOptions params,
   recordings::FrameSource spin_source(params.spin, {.stamps = params.spin_stamps, .bag = up_topic});
   recordings::FrameSource straight_source(params.straight,
                                           {.stamps = params.straight_stamps, .bag = up_topic});
+  CheckTimes(params, spin_source, straight_source);
   const cv::Size size = spin_source.Size();
   CheckSameSize(params.spin, size, params.straight, straight_source.Size());
   const std::vector<calib::CameraScaling> scalings = FitRig(params, size, forward_size, rig);
@@ -286,7 +299,7 @@ void RunCalibrateRig(CalibrateRigOptions params,
   }
   const bool has_stamps = spin.has_stamps && straight.has_stamps;
   ReportReadout(params, has_stamps, result.readout);
-  found.wheels = CalibrateWheels(params, has_stamps, rig, result);
+  found.wheels = CalibrateWheels(params, rig, result);
   if (found.wheels) values.wheels = found.wheels->model;
   const auto moving = steady_clock::now();
   calib::Rig measured = calib::ParseRig(calib::ChangeRig(text, file, values, params.output), file);

@@ -30,6 +30,7 @@ using std::chrono::steady_clock;
 struct LearnCommandOptions {
   recordings::ForwardOptions forward;
   fs::path poses;
+  fs::path hypotheses;
   std::string method = "victoria";
   std::string clustering = "auto";
   std::string grid;
@@ -102,8 +103,21 @@ void LearnCommandOptions::Resolve(const CLI::App& cli, files::Existing existing)
   }
   learn.Validate();
   forward.CheckResult(output);
-  recordings::CheckNotRead(output, {poses});
+  recordings::CheckNotRead(output, {poses, hypotheses});
   files::CheckOutputFiles({output}, existing);
+}
+
+// The robot may be at several places: that of the most weight is learned.
+colour::LearnedPose LearnedFrom(const files::StampedHypotheses& hypotheses) {
+  colour::LearnedPose learned;
+  double most = 0;
+  for (const WeightedPose& place : hypotheses.places) {
+    learned.places.push_back({place.pose.Translation(), place.weight});
+    if (place.weight <= most) continue;
+    most = place.weight;
+    learned.T_map_base = place.pose;
+  }
+  return learned;
 }
 
 colour::LearnedPose LearnedFrom(const StampedPose& pose) {
@@ -118,22 +132,27 @@ colour::LearnedPose LearnedFrom(const StampedPose& pose) {
 template <typename Learn>
 reports::CompassLearnResult LearnFrames(recordings::ForwardFrames& frames,
                                         const fs::path& poses_file,
+                                        const fs::path& hypotheses_file,
                                         const char* label,
                                         const Learn& learn) {
   const recordings::PosesByTime poses(poses_file);
+  std::optional<recordings::HypothesesByTime> hypotheses;
+  if (!hypotheses_file.empty()) hypotheses.emplace(hypotheses_file);
   reports::CompassLearnResult result;
   terminal::Progress progress(label, "frames", frames.Source().ExpectedFrames());
   while (frames.Read()) {
     progress.Update(frames.Count());
     const recordings::Frame& frame = frames.Current();
     const StampedPose* const pose = poses.Nearest(frame.stamp_s);
-    if (pose == nullptr) {
+    const files::StampedHypotheses* const places =
+        pose == nullptr && hypotheses ? hypotheses->Nearest(frame.stamp_s) : nullptr;
+    if (pose == nullptr && places == nullptr) {
       ++result.unused.without_pose;
       terminal::Detail("frame {} at {:.6f} s: no pose", frame.index, frame.stamp_s);
       continue;
     }
     const auto start = steady_clock::now();
-    const bool used = learn(frame, LearnedFrom(*pose));
+    const bool used = learn(frame, pose != nullptr ? LearnedFrom(*pose) : LearnedFrom(*places));
     result.learn_ms += terminal::MillisecondsSince(start);
     ++(used ? result.used : result.unused.below_horizon);
     terminal::Detail("frame {} at {:.6f} s: {}",
@@ -178,6 +197,7 @@ void RunLearn(LearnCommandOptions params,
   reports::CompassLearnResult result =
       LearnFrames(frames,
                   params.poses,
+                  params.hypotheses,
                   "learning",
                   [&learner](const recordings::Frame& frame, const colour::LearnedPose& pose) {
                     return learner.Add(frame.image, frame.stamp_s, pose);
@@ -193,6 +213,7 @@ struct UpdateCommandOptions {
   fs::path model;
   recordings::ForwardOptions forward;
   fs::path poses;
+  fs::path hypotheses;
   colour::ScanLineParams lines = {};
   fs::path output;  // empty: the input model itself
   SettingsOptions settings;
@@ -205,7 +226,7 @@ void RunUpdate(const UpdateCommandOptions& params,
   const auto start = steady_clock::now();
   const fs::path& output = params.output.empty() ? params.model : params.output;
   params.forward.CheckResult(output);
-  recordings::CheckNotRead(output, {params.poses});
+  recordings::CheckNotRead(output, {params.poses, params.hypotheses});
   files::CheckOutputFiles({output}, common.Existing(), params.model);
   CommandSettings resolved = params.settings.Read();
   colour::ColourCompassParams& settings = resolved.colour_compass;
@@ -220,6 +241,7 @@ void RunUpdate(const UpdateCommandOptions& params,
   reports::CompassLearnResult result =
       LearnFrames(frames,
                   params.poses,
+                  params.hypotheses,
                   "updating",
                   [&compass](const recordings::Frame& frame, const colour::LearnedPose& pose) {
                     colour::ColourFrame seen;
@@ -228,6 +250,7 @@ void RunUpdate(const UpdateCommandOptions& params,
                     seen.tilt = pose.tilt;
                     const colour::PlaceHypothesis place{pose.T_map_base.Translation()};
                     seen.places = {&place, 1};
+                    if (!pose.places.empty()) seen.places = pose.places;
                     if (!compass.Next(seen)) return false;
                     compass.Learn(pose);
                     return true;
@@ -235,12 +258,18 @@ void RunUpdate(const UpdateCommandOptions& params,
   Finish(compass.Model(), output, frames, common, start, result, summary);
 }
 
-void AddPoses(CLI::App& cli, fs::path& poses) {
+void AddPoses(CLI::App& cli, fs::path& poses, fs::path& hypotheses) {
   cli.add_option(
          "--poses", poses, "Poses of the robot; the nearest within 50 ms of each frame is used")
       ->type_name("T.tum")
       ->group("Input")
       ->required();
+  cli.add_option("--hypotheses",
+                 hypotheses,
+                 "Places where the robot may be, of 'localize --hypotheses'; for times without a "
+                 "pose: the likeliest is learned, by its cell's share of them")
+      ->type_name("P.csv")
+      ->group("Input");
 }
 
 void AddModelOptions(CLI::App& cli, LearnCommandOptions& params) {
@@ -294,7 +323,7 @@ Command AddCompassLearnCommand(CLI::App& compass) {
       "truth.tum -o lab.colours");
   auto params = std::make_shared<LearnCommandOptions>();
   params->forward.AddTo(*command.cli, "Input");
-  AddPoses(*command.cli, params->poses);
+  AddPoses(*command.cli, params->poses, params->hypotheses);
   AddModelOptions(*command.cli, *params);
   command.cli->add_option("-o,--output", params->output, "The model")
       ->required()
@@ -320,7 +349,7 @@ Command AddCompassUpdateCommand(CLI::App& compass) {
       ->required()
       ->type_name("MODEL");
   params->forward.AddTo(*command.cli, "Input");
-  AddPoses(*command.cli, params->poses);
+  AddPoses(*command.cli, params->poses, params->hypotheses);
   recordings::AddLineOptions(*command.cli, params->lines, "Input");
   command.cli->add_option("-o,--output", params->output, "Write to this file instead")
       ->type_name("MODEL")

@@ -221,6 +221,7 @@ void DrawFigures(figures::FigureFolder& folder,
 }
 
 void Report(const recordings::PanoramaSource& source,
+            const recordings::PosesByTime* tilts,
             const recordings::WheelInputs& wheels,
             const reports::HeadingResult& result) {
   for (const std::string& warning : source.Source().Warnings()) terminal::PrintWarning(warning);
@@ -233,6 +234,13 @@ void Report(const recordings::PanoramaSource& source,
   if (source.Scaling()) terminal::PrintNote(source.Scaling()->Text());
   if (source.Source().Stamps() == recordings::StampOrigin::kFrameIndex) {
     terminal::Note("no --stamps: images are taken to be one second apart");
+  }
+  if (tilts != nullptr && result.levelled < result.frames) {
+    terminal::Warn(
+        "{} of {} panoramas have no pose within {} s in --tilt: they were taken as level",
+        result.frames - result.levelled,
+        result.frames,
+        recordings::PosesByTime::kMaxDtS);
   }
   if (result.held > 0) {
     terminal::Warn("{} of {} headings were held: the panoramas did not determine them",
@@ -303,7 +311,7 @@ void RunHeading(HeadingOptions params, const CommonOptions& common, terminal::Su
       files::FormatHeadings(result.headings, result.errors ? &*result.errors : nullptr));
   summary.files.push_back(params.output);
   if (source.Rig()) params.wheels.WriteRig(*source.Rig(), result.wheels, summary);
-  Report(source, turns.inputs, result);
+  Report(source, tilts ? &*tilts : nullptr, turns.inputs, result);
   if (figures) {
     DrawFigures(*figures, params, result, plotted);
     summary.files.insert(summary.files.end(), figures->Files().begin(), figures->Files().end());

@@ -19,11 +19,12 @@ constexpr int kOrder = 5;
 // ... in which the expected magnitude of the terms of order k is this ratio / k of the mean.
 constexpr double kRoughness = 0.5;
 // Standard deviation of a sector's shift beyond its own noise, rad, > 0: a constant, and a ratio
-// of the mean shift that travel causes (objects at several distances in one direction).
+// of the shift that travel causes there (objects at several distances in one direction). Ahead and
+// behind there is none, so that these directions count most.
 constexpr double kFloorRad = 0.0014;
 constexpr double kFloorRatio = 0.055;
 // Residuals beyond this number of standard deviations lose weight progressively, > 0.
-constexpr double kRobustSigmas = 2;
+constexpr double kRobustSigmas = 1.4;
 // Standard deviation of the expected direction of travel, rad, > 0.
 constexpr double kDirectionSigmaRad = 0.105;
 
@@ -60,6 +61,13 @@ double Model(double azimuth_rad, const Vector& terms, const Vector& x, Vector& d
   derivatives[kDirection] = -nearness * std::cos(azimuth_rad - x[kDirection]);
   derivatives.tail(terms.size()) = sine * terms;
   return x[kRotation] + nearness * sine;
+}
+
+/// Of a sector's shift beyond its own noise.
+double FloorVariance(double azimuth_rad, const Vector& x) {
+  const double travelled = x[kSeries] * std::sin(azimuth_rad - x[kDirection]);
+  const double sigma = kFloorRad + kFloorRatio * std::abs(travelled);
+  return sigma * sigma;
 }
 
 double MedianShift(std::span<const SectorShift> shifts) {
@@ -111,7 +119,6 @@ ParallaxFit Fit(std::span<const SectorShift> shifts,
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
     const Vector prior = Prior(direction_sigma_rad, x[kSeries]);
-    const double floor = kFloorRad + kFloorRatio * std::abs(x[kSeries]);
     information = prior.asDiagonal();
     Vector gradient = prior.cwiseProduct(expected - x);
     inliers = 0;
@@ -119,7 +126,7 @@ ParallaxFit Fit(std::span<const SectorShift> shifts,
     for (std::size_t i = 0; i < shifts.size(); ++i) {
       const SectorShift& shift = shifts[i];
       const double residual = shift.shift_rad - Model(shift.azimuth_rad, terms[i], x, derivatives);
-      const double variance = shift.variance_rad2 + floor * floor;
+      const double variance = shift.variance_rad2 + FloorVariance(shift.azimuth_rad, x);
       const double off2 = residual * residual / variance;
       const double robust = kRobustSigmas * kRobustSigmas;
       const double trust = 1 / (1 + off2 / robust);

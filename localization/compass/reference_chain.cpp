@@ -14,6 +14,11 @@ namespace {
 // independent ones add up as variances: each counts as if it were one of so many, >= 1.
 constexpr double kEdges = 30;
 
+// What makes a turn wrong, a bare side or a tree nearby, is still there at the next reference: the
+// errors of successive turns are alike and add up faster than independent ones. Each turn has so
+// many times its variance: (1 + a) / (1 - a) with a correlation of a = 1/2.
+constexpr double kAlike = 3;
+
 constexpr double kReferenceVariance = kReferenceSigmaRad * kReferenceSigmaRad;
 
 }  // namespace
@@ -28,7 +33,7 @@ void ReferenceChain::Add(const std::shared_ptr<View>& view,
                          const std::optional<wheels::RelativeTurn>& known) {
   const int last = references_.back().place;
   const int place = graph_.Add(WrapAngle(Last().heading_rad + turn.turn_rad));
-  graph_.Measure(last, place, turn.turn_rad, turn.variance_rad2 + kReferenceVariance);
+  graph_.Measure(last, place, turn.turn_rad, kAlike * turn.variance_rad2 + kReferenceVariance);
   if (known) {
     const double variance = known->noise_rad2 + kEdges * known->common_rad * known->common_rad;
     graph_.Measure(last, place, WrapAngle(known->turn_rad), variance + kReferenceVariance);
@@ -61,7 +66,7 @@ void ReferenceChain::Measure(const Reference& old,
       matcher.Around(*old.view, *current.view, expected, direction_rad);
   if (!fit || fit->inlier_ratio < kMinInlierRatio) return;
   if (std::abs(fit->parallax_rad) > 2 * kMaxParallaxRad) return;
-  const double variance = fit->variance_rad2 + kReferenceVariance;
+  const double variance = (revisit ? 1 : kAlike) * fit->variance_rad2 + kReferenceVariance;
   if (revisit) {
     // The error of the prediction is the drift accumulated in between.
     constexpr double kSigmas = 4;

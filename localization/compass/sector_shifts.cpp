@@ -94,13 +94,19 @@ void SectorMatcher::Analyze(const cv::Mat& panorama, PanoramaLines& lines) {
   const int half = std::clamp(
       static_cast<int>(std::lround(0.5 * kBroadRad * columns_ / (2 * pi))), 1, (columns_ - 1) / 2);
   lines.energy.Resize(Count(columns_));
+  lines.slopes.Resize(Count(columns_));
   std::fill_n(lines.energy.data(), columns_, 0.F);
+  std::fill_n(lines.slopes.data(), columns_, 0.F);
   row_.resize(Count(columns_));
   for (int i = 0; i < rows_ * channels_; ++i) {
     Unpack(panorama.ptr(i / channels_) + i % channels_, channels_, columns_, row_.data());
     float* line = lines.samples.data() + Count(i) * Count(columns_);
     SubtractLocalMean(row_, half, line);
-    for (int u = 0; u < columns_; ++u) lines.energy[Count(u)] += line[u] * line[u];
+    for (int u = 0; u < columns_; ++u) {
+      const float slope = line[u + 1 < columns_ ? u + 1 : 0] - line[u > 0 ? u - 1 : columns_ - 1];
+      lines.energy[Count(u)] += line[u] * line[u];
+      lines.slopes[Count(u)] += slope * slope;
+    }
   }
 }
 
@@ -144,6 +150,22 @@ double SectorMatcher::Energy(const PanoramaLines& lines, int first) const {
   return sum;
 }
 
+/// Mean column under that window, where each counts by what it contributes to the curvature of the
+/// distance: the squares of the slopes. The measured shift is the one there, not that of the
+/// middle of the window.
+double SectorMatcher::Centroid(const PanoramaLines& lines, int first) const {
+  double sum = 0;
+  double moment = 0;
+  int u = first;
+  for (int i = 0; i < static_cast<int>(window_.size()); ++i) {
+    const double weight = window_[Count(i)] * lines.slopes[Count(u)];
+    sum += weight;
+    moment += weight * i;
+    if (++u == columns_) u = 0;
+  }
+  return first + (sum > 0 ? moment / sum : 0.5 * static_cast<double>(window_.size() - 1));
+}
+
 void SectorMatcher::MeasureSector(const PanoramaLines& reference,
                                   const PanoramaLines& current,
                                   int sector,
@@ -177,7 +199,7 @@ void SectorMatcher::MeasureSector(const PanoramaLines& reference,
   // Number of independent samples under the window.
   constexpr double kIndependent = 15;
   const double rad_per_column = 2 * pi / columns_;
-  shifts_.push_back({WrapAngle(pi - rad_per_column * centre),
+  shifts_.push_back({WrapAngle(pi - rad_per_column * Centroid(current, first)),
                      shift * rad_per_column,
                      2 * *least / (curvature * kIndependent) * rad_per_column * rad_per_column});
 }

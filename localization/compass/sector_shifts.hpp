@@ -14,11 +14,13 @@ struct PanoramaLines {
   /// samples each.
   registration::RealArray samples;
   registration::RealArray energy;  ///< squares of the samples, summed over the lines: by column
+  registration::RealArray slopes;  ///< squares of their slopes along the line, in the same way
 };
 
 /// The motion of the content in one direction.
 struct SectorShift {
-  double azimuth_rad = 0;  ///< the sector's centre, seen from the current place, in (-pi, pi]
+  /// Where the sector's content is, seen from the current place, in (-pi, pi].
+  double azimuth_rad = 0;
   /// The decrease of azimuths there, positive in a left turn; within SectorMatcher::kSearchRad of
   /// the expected shift.
   double shift_rad = 0;
@@ -57,6 +59,7 @@ class SectorMatcher {
                      int sector,
                      int expected);
   [[nodiscard]] double Energy(const PanoramaLines& lines, int first) const;
+  [[nodiscard]] double Centroid(const PanoramaLines& lines, int first) const;
 
   int columns_;
   int rows_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 
+#include "mapping/registration/level_preference.hpp"
+
 namespace ceilmap::registration {
 namespace {
 
@@ -52,39 +54,6 @@ PlaneCamera CameraOf(cv::Size size, const RegistrarParams& params) {
 /// Displacement of the reference plane between two level images, apart from the rotation.
 double TravelPx(const PlaneMotion& motion, const PlaneCamera& camera) {
   return camera.focal_px * std::hypot(motion.x, motion.y);
-}
-
-/// What a fit explains, for the same number of blocks at the same accuracy.
-double QualityOf(const DepthFit& fit) {
-  return fit.support / (fit.sigma_px * fit.sigma_px);
-}
-
-/// Part of the texture of all blocks that is in those that agree, 0..1.
-double TexturedInliers(const DepthFit& fit) {
-  return fit.content > 0 ? fit.inlier_content / fit.content : 0;
-}
-
-// Tilts are believed where at least this part of the texture agrees, ...
-constexpr double kSoundTexture = 0.7;
-// ... and doubted in full where no more than this part does.
-constexpr double kWeakTexture = 0.6;
-
-/// Heights and tilts explain much alike: where much of the texture does not agree, a level robot
-/// gets tilts of two degrees whose residuals look good. A true tilt of one degree leaves a level
-/// camera a fifth of the quality or less, one of half a degree a half; false ones leave it a half
-/// and more. Simulated: true tilts with 0.66 of the texture in agreement and more, false ones with
-/// 0.62 and less.
-void PreferLevel(const DepthFit& tilted, const DepthFit& level_fit, PlaneFit& fit) {
-  constexpr double kTilted = 0.4;
-  constexpr double kLevel = 0.7;
-  const double level_quality = QualityOf(level_fit) / QualityOf(tilted);
-  const double weakness =
-      (kSoundTexture - TexturedInliers(tilted)) / (kSoundTexture - kWeakTexture);
-  const double likeness = (level_quality - kTilted) / (kLevel - kTilted);
-  const double doubt = std::clamp(weakness, 0.0, 1.0) * std::clamp(likeness, 0.0, 1.0);
-  const Eigen::Vector2d tilt = doubt * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
-  fit.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
-  if (doubt == 1) fit.motion = level_fit.motion;
 }
 
 }  // namespace

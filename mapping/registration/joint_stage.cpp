@@ -1,6 +1,5 @@
 #include "mapping/registration/joint_stage.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -32,9 +31,6 @@ constexpr double kMaxTurn = 0.1;
 // Reach of the second round, level px, and its turns, steps.
 constexpr int kCloseReach = 5;
 constexpr int kCloseTurns = 5;
-// Blocks overlap by half, and their noise is not white: the evidence counts the same content this
-// many times.
-constexpr double kCountedTimes = 20;
 // Motions further than this from the best one are others, level px at the image's corner.
 constexpr double kOtherPx = 3;
 // ... unless a maximum of this curvature loses no more than this on the way there, nats.
@@ -50,10 +46,6 @@ constexpr double kChanceNats = 2;
 // Standard deviation of the height of what is seen, ratio: where it is known, and where not.
 constexpr double kKnownHeightSigma = 0.03;
 constexpr double kHeightSigma = 0.08;
-// Curvature of the waves that chance makes in the evidence, nats per squared step and block.
-constexpr double kWavesPerBlock = 0.5;
-// Smallest information that counts as some, 1 / px^2 of the level.
-constexpr double kMinInformation = 1e-4;
 
 /// Catmull-Rom weights of four samples, for a position between the second and the third.
 std::array<float, 4> CubicTaps(double part) {
@@ -81,31 +73,7 @@ cv::Mat ContentOf(const cv::Mat& rough_blank, cv::Size size) {
   return content;
 }
 
-/// Covariance in lattice steps. Along an edge the evidence is a ridge on which chance makes waves:
-/// their curvature is no information.
-Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& information, std::size_t blocks) {
-  constexpr double kLeast = 0.05;  // part of the information that is left
-  Eigen::Matrix3d covariance = information.inverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance.topLeftCorner<2, 2>());
-  const double waves = kWavesPerBlock * static_cast<double>(blocks);
-  for (int i = 0; i < 2; ++i) {
-    const double variance = eigen.eigenvalues()[i];
-    const double left = std::max(1 - waves * variance, kLeast);
-    const Eigen::Vector2d axis = eigen.eigenvectors().col(i);
-    covariance.topLeftCorner<2, 2>() += variance * (1 / left - 1) * axis * axis.transpose();
-  }
-  return kCountedTimes * covariance;
-}
-
 }  // namespace
-
-std::size_t JointStage::Lattice::Index(int turn, int y, int x) const {
-  const int side = Side();
-  return (static_cast<std::size_t>(turn + turns) * static_cast<std::size_t>(side) +
-          static_cast<std::size_t>(y + reach)) *
-             static_cast<std::size_t>(side) +
-         static_cast<std::size_t>(x + reach);
-}
 
 JointStage::JointStage(cv::Size size, const RegistrarParams& params)
     : frame_(size, 4 * FineFactor(size)),
@@ -153,9 +121,9 @@ bool JointStage::MeasureSurfaces(const Images& images, const ImageMotion& start)
   const Level& reference = images.reference.broad;
   const Level& current = images.current.broad;
   const auto chosen = blocks_.Select(reference, current, start, blocks_.GridSize());
-  // The correlation does not change the image.
-  auto* grey = const_cast<float*>(reference.grey.data());
-  const ContentCentres content(cv::Mat(frame_.size, CV_32FC1, grey));
+  grey_.create(frame_.size, CV_32FC1);
+  std::copy_n(reference.grey.data(), reference.grey.size(), grey_.ptr<float>());
+  const ContentCentres content(grey_);
   centres_.clear();
   surfaces_.resize(kSurfaceArea * chosen.size());
   for (const int block : chosen) {
@@ -257,47 +225,6 @@ JointStage::Peak JointStage::FindPeak(const Lattice& lattice,
     }
   }
   return peak;
-}
-
-/// The maximum of the quadratic form through the evidence around a peak, in lattice steps, and its
-/// curvature. At the border of the lattice there is none.
-bool JointStage::Settle(const Lattice& lattice,
-                        const Peak& peak,
-                        Eigen::Vector3d& offset,
-                        Eigen::Matrix3d& information) {
-  if (std::abs(peak.turn) >= lattice.turns || std::abs(peak.y) >= lattice.reach ||
-      std::abs(peak.x) >= lattice.reach) {
-    return false;
-  }
-  const auto at = [&](int dx, int dy, int dturn) -> double {
-    return lattice.At(peak.turn + dturn, peak.y + dy, peak.x + dx);
-  };
-  const auto along = [&](int axis, int step) {
-    return at(axis == 0 ? step : 0, axis == 1 ? step : 0, axis == 2 ? step : 0);
-  };
-  const auto both = [&](int a, int b, int step_a, int step_b) {
-    std::array<int, 3> d = {0, 0, 0};
-    d.at(static_cast<std::size_t>(a)) = step_a;
-    d.at(static_cast<std::size_t>(b)) = step_b;
-    return at(d[0], d[1], d[2]);
-  };
-  Eigen::Vector3d gradient;
-  for (int a = 0; a < 3; ++a) {
-    gradient[a] = 0.5 * (along(a, 1) - along(a, -1));
-    information(a, a) = 2 * at(0, 0, 0) - along(a, 1) - along(a, -1);
-    for (int b = 0; b < a; ++b) {
-      information(a, b) = information(b, a) =
-          -0.25 * (both(a, b, 1, 1) - both(a, b, 1, -1) - both(a, b, -1, 1) + both(a, b, -1, -1));
-    }
-  }
-  // Along an edge the evidence is a ridge, with some waves of noise.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(information);
-  const Eigen::Vector3d values = eigen.eigenvalues().cwiseMax(kMinInformation);
-  information = eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
-  offset = information.inverse() * gradient;
-  const double largest = offset.cwiseAbs().maxCoeff();
-  if (largest > 1) offset /= largest;
-  return true;
 }
 
 /// Blocks of whose evidence the motion has at least half, and of which there is some.

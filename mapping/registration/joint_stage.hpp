@@ -7,6 +7,7 @@
 
 #include "mapping/heights/height_field.hpp"
 #include "mapping/registration/block_stage.hpp"
+#include "mapping/registration/evidence_lattice.hpp"
 #include "mapping/registration/fine_stage.hpp"
 #include "mapping/registration/frame_data.hpp"
 #include "mapping/registration/registrar.hpp"
@@ -56,24 +57,8 @@ class JointStage {
                                        const Eigen::Matrix3d& covariance);
 
  private:
-  /// Evidence on a lattice of motions: shifts of whole pixels and turns, about a start.
-  struct Lattice {
-    int reach = 0;         ///< shifts from -reach to reach, level px
-    int turns = 0;         ///< turns from -turns to turns steps
-    double turn_step = 0;  ///< rad
-    std::vector<float> nats;
-
-    [[nodiscard]] int Side() const { return 2 * reach + 1; }
-    [[nodiscard]] std::size_t Index(int turn, int y, int x) const;
-    [[nodiscard]] float At(int turn, int y, int x) const { return nats[Index(turn, y, x)]; }
-  };
-  struct Peak {
-    int turn = 0;
-    int y = 0;
-    int x = 0;
-    double nats = 0;   ///< evidence of the images
-    double score = 0;  ///< the same and the log prior
-  };
+  using Lattice = EvidenceLattice;
+  using Peak = EvidencePeak;
 
   [[nodiscard]] ImageMotion MotionOf(int block,
                                      const heights::HeightField* known,
@@ -89,10 +74,6 @@ class JointStage {
   [[nodiscard]] static ImageMotion MotionAt(const Lattice& lattice,
                                             const ImageMotion& start,
                                             const Eigen::Vector3d& at);
-  [[nodiscard]] static bool Settle(const Lattice& lattice,
-                                   const Peak& peak,
-                                   Eigen::Vector3d& offset,
-                                   Eigen::Matrix3d& information);
   [[nodiscard]] Lattice LatticeFor(double sigma_px, double sigma_rad) const;
   [[nodiscard]] Eigen::Matrix3d FullAxes(const Lattice& lattice, const ImageMotion& start) const;
   [[nodiscard]] int CountAgreeing(const Lattice& lattice, const Peak& peak) const;
@@ -106,6 +87,7 @@ class JointStage {
   std::vector<Eigen::Vector2d> centres_;  // of the content of the measured blocks
   std::vector<float> surfaces_;           // standard normal, one surface after the other
   std::vector<float> weights_;            // of each block: nats per z^2
+  cv::Mat grey_;                          // scratch
   std::vector<float> row_;                // scratch
 };
 

@@ -1,9 +1,11 @@
-// What the papers on the visual compass plot and compare, from recordings with a camera under a
+// What the papers on visual compasses plot and compare. From recordings with a camera under a
 // mirror (samples/compass-experiments.sh renders them):
-//   ceilmap_papers_bench metrics FOLDER...                 other metrics and colour spaces
-//   (Labrosse 2006, section 5) ceilmap_papers_bench distances FOLDER FRAME COUNT      distance over
-//   shift to the frames after one (Fig. 6, 8, 11, 12) ceilmap_papers_bench positions FOLDER TARGET
-//   distance to an image over the place (Labrosse 2004, Fig. 2)
+//   metrics FOLDER...              other metrics and colour spaces (Labrosse 2006, section 5)
+//   distances FOLDER FRAME COUNT   distance over shift to the frames after one (Fig. 6, 8, 11, 12)
+//   positions FOLDER TARGET        distance to an image over the place (Labrosse 2004, Fig. 2)
+// From recordings with a forward camera (samples/colour-experiments.sh):
+//   transitions MODEL FOLDER PNG   colour classes and transitions of a scan line (ViCTORiA, Fig. 3)
+//   histograms MODEL FOLDER...     values of Y, U and V of several cameras (Fig. 6)
 // Each prints CSV.
 #include <fmt/format.h>
 
@@ -26,6 +28,7 @@
 #include "calib/base/pose2.hpp"
 #include "localization/compass/fields_of_view.hpp"
 #include "localization/compass/labrosse/shift_minimum.hpp"
+#include "tests/bench/colour_figures.hpp"
 #include "tests/bench/panorama_metrics.hpp"
 
 namespace ceilmap::bench {
@@ -196,10 +199,15 @@ int Run(const std::vector<std::string>& args) {
     PrintDistances(args[1], std::stoi(args[2]), std::stoi(args[3]));
   } else if (args.size() == 3 && args[0] == "positions") {
     PrintPositions(args[1], std::stoi(args[2]));
+  } else if (args.size() == 4 && args[0] == "transitions") {
+    PrintTransitions(args[1], args[2], args[3]);
+  } else if (args.size() >= 3 && args[0] == "histograms") {
+    PrintHistograms(args[1], {args.begin() + 2, args.end()});
   } else {
     fmt::print(stderr,
                "usage: ceilmap_papers_bench metrics FOLDER... | distances FOLDER FRAME COUNT | "
-               "positions FOLDER TARGET\n");
+               "positions FOLDER TARGET | transitions MODEL FOLDER PNG | histograms MODEL "
+               "FOLDER...\n");
     return 2;
   }
   return 0;

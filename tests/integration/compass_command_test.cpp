@@ -140,6 +140,39 @@ TEST_F(CompassTest, AtOneOfSeveralPlaces) {
   EXPECT_THAT(late.err, HasSubstr("late.csv: no pose within"));
 }
 
+// Two places in other cells, the likelier one that of the turn; its first frame has a pose.
+TEST_F(CompassTest, LearnsWhereTheRobotMayBe) {
+  std::string places = "timestamp,x,y,yaw_deg,weight\n";
+  for (int i = 1; i < kLearn.frames; ++i) {
+    places += fmt::format("{0},1,0.5,{1},0.6\n{0},-2.5,0.5,{1},0.4\n",
+                          kLearn.Stamp(i),
+                          kLearn.first_deg + kLearn.step_deg * i);
+  }
+  in_.Write("first.tum",
+            files::FormatTum({ToStampedPose(kLearn.Stamp(0), {1, 0.5, kLearn.YawRad(0)}, {})}));
+  in_.Write("places.csv", places);
+  const support::ProcessResult learned = Run(Of({"learn"},
+                                                "learn",
+                                                {"--method=victoria-2013",
+                                                 "--grid=-3,-2,6,4,5,3",
+                                                 "--poses=@first.tum",
+                                                 "--hypotheses=@places.csv",
+                                                 "-o",
+                                                 "m"}));
+  EXPECT_EQ(learned.exit_code, 0) << learned.err;
+  EXPECT_EQ(learned.err, "") << "each frame has a pose or places";
+  const colour::ColourModel model = colour::ReadColourModel(out_ / "m");
+  double most = 0;
+  double sum = 0;
+  for (const colour::AngleBin& bin : model.cells[model.grid.CellOf({1, 0.5})].bins) {
+    most = std::max(most, bin.certainty);
+    sum += bin.certainty;
+  }
+  EXPECT_GT(most, 0.9) << "of the pose";
+  EXPECT_NEAR(sum / model.bins, 0.6, 0.1) << "the share of its cell";
+  EXPECT_LT(AskAgain("m"), kLargestMeanRad);
+}
+
 TEST_F(CompassTest, WhiteBalanceIsMeasuredOnTheRecording) {
   Learn("m");
   EXPECT_LT(AskAgain("m", {"--white-balance"}), kLargestMeanRad);

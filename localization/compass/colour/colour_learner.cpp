@@ -64,13 +64,32 @@ GridGeometry AboutTheMiddle(const std::vector<Kept>& frames) {
   return grid;
 }
 
-/// Weight of an observation in a cell and a bin, given the uncertainty of its position and heading:
-/// p(l) p(alpha).
-double CertaintyOf(const LearnedPose& pose, double bin_rad) {
-  constexpr double kPlaceScaleM = 0.5;
-  const double place = pose.sigma_m / kPlaceScaleM;
-  const double yaw = pose.sigma_rad / bin_rad;
-  return 1 / ((1 + place * place) * (1 + yaw * yaw));
+int CellAt(const ColourModel& model, const Eigen::Vector2d& place) {
+  return model.kind == ModelKind::kSturm ? 0 : model.grid.CellOf(place);
+}
+
+/// p(l) of an observation in its cell.
+double PlaceCertainty(const LearnedPose& pose, const ColourModel& model) {
+  if (pose.places.empty()) {
+    constexpr double kScaleM = 0.5;
+    const double place = pose.sigma_m / kScaleM;
+    return 1 / (1 + place * place);
+  }
+  const int cell = CellAt(model, pose.T_map_base.Translation());
+  double here = 0;
+  double all = 0;
+  for (const PlaceHypothesis& hypothesis : pose.places) {
+    all += hypothesis.weight;
+    if (CellAt(model, hypothesis.place) == cell) here += hypothesis.weight;
+  }
+  return here / all;
+}
+
+/// Weight of an observation in its cell and a bin, given the uncertainty of its position and
+/// heading: p(l) p(alpha).
+double CertaintyOf(const LearnedPose& pose, const ColourModel& model) {
+  const double yaw = pose.sigma_rad * model.bins / (2 * pi);
+  return PlaceCertainty(pose, model) / (1 + yaw * yaw);
 }
 
 void ObserveLine(const Eigen::Ref<const Eigen::RowVectorXf>& observed,
@@ -115,10 +134,6 @@ void ReplaceLine(const Eigen::Ref<const Eigen::RowVectorXf>& observed,
   bin.certainty = certainty;
   bin.place = place;
   bin.stamp_s = stamp_s;
-}
-
-int CellAt(const ColourModel& model, const Eigen::Vector2d& place) {
-  return model.kind == ModelKind::kSturm ? 0 : model.grid.CellOf(place);
 }
 
 Clustering ResolvedClustering(Clustering wanted, ModelKind kind) {
@@ -244,7 +259,7 @@ void Observe(const LineFeatures& features,
   const auto cell = static_cast<std::size_t>(CellAt(model, place));
   std::vector<AngleBin>& bins = model.cells[cell].bins;
   const auto count = static_cast<double>(bins.size());
-  const double certainty = CertaintyOf(pose, 2 * pi / count);
+  const double certainty = CertaintyOf(pose, model);
   for (std::size_t i = 0; i < azimuths.size(); ++i) {
     const double angle = (pose.T_map_base.yaw + azimuths[i]) / (2 * pi);
     const double at = (angle - std::floor(angle)) * count - 0.5;  // centres of bins: 0, 1, ...
@@ -268,7 +283,7 @@ void Replace(const LineFeatures& features,
   const Eigen::Vector2d place = pose.T_map_base.Translation();
   const auto cell = static_cast<std::size_t>(CellAt(model, place));
   std::vector<AngleBin>& bins = model.cells[cell].bins;
-  const double certainty = CertaintyOf(pose, 2 * pi / static_cast<double>(bins.size()));
+  const double certainty = CertaintyOf(pose, model);
   for (std::size_t i = 0; i < azimuths.size(); ++i) {
     const int bin = BinOf(pose.T_map_base.yaw + azimuths[i], static_cast<int>(bins.size()));
     ReplaceLine(features.row(static_cast<Eigen::Index>(i)),

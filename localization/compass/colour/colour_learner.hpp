@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <vector>
 
 #include "calib/base/pose2.hpp"
 #include "calib/base/tilt.hpp"
@@ -20,6 +21,9 @@ struct LearnedPose {
   Tilt tilt = {};
   double sigma_m = 0.02;    ///< of the position, > 0
   double sigma_rad = 0.01;  ///< of the yaw, > 0
+  /// Positions where the robot may be as well, that of the pose among them; empty: it is known, to
+  /// sigma_m.
+  std::vector<PlaceHypothesis> places = {};
 };
 
 struct LearnParams {
@@ -85,7 +89,9 @@ void Observe(const LineFeatures& features,
 /// The update of ViCTORiA (Methenitis et al. 2013, section 3.4): each line is a feature of the one
 /// bin that contains its direction, and replaces the feature there if m(f_new) > m(f_old), both at
 /// `stamp_s` (FadedCertainty). m(f_new) = p(l) p(alpha); the paper states no formula for the two.
-/// Here they are 1 / (1 + (sigma / scale)^2), with a scale of 0.5 m and of a bin's width.
+/// Here they are 1 / (1 + (sigma / scale)^2), with a scale of 0.5 m and of a bin's width. Where the
+/// robot may be at several places, p(l) is the share of their weights in the cell ("the number of
+/// hypotheses, in a grid cell").
 void Replace(const LineFeatures& features,
              const std::vector<double>& azimuths,
              double stamp_s,

@@ -94,6 +94,12 @@ struct ColourModel {
 /// Bin that contains a direction, rad.
 int BinOf(double angle_rad, int bins);
 
+/// A possible position of the robot, in the frame of the learned poses.
+struct PlaceHypothesis {
+  Eigen::Vector2d place;
+  double weight = 1;  ///< > 0; the weights need not sum to 1
+};
+
 /// Certainty of a bin at a later time: m(f) = e^(-(t - t_f) / fading_s) p(l_f) p(alpha_f) of
 /// ViCTORiA. The paper prints e^(t - t_f), which grows with age, but states that "the reliability
 /// of features over time will go down"; and it states no unit of time.

@@ -12,12 +12,6 @@
 
 namespace ceilmap::colour {
 
-/// A possible position of the robot, in the frame of the learned poses.
-struct PlaceHypothesis {
-  Eigen::Vector2d place;
-  double weight = 1;  ///< > 0; the weights need not sum to 1
-};
-
 struct ColourFrame {
   cv::Mat bgr;         ///< CV_8UC3 of the camera's size
   double stamp_s = 0;  ///< must increase

@@ -55,6 +55,17 @@ TEST(ParallaxFit, IsNotDrawnByWhatIsNear) {
   EXPECT_LT(std::abs(fit.rotation_rad - 0.1), 0.001);
 }
 
+// Something near at the left side, with sharper edges than the smooth nearness has: the directions
+// ahead and behind count most, where it has no effect.
+TEST(ParallaxFit, AheadAndBehindCountMost) {
+  auto shifts = Shifts(0.1, 0, 0.06, 0);
+  for (SectorShift& shift : shifts) {
+    const bool near = shift.azimuth_rad > 50 * kRadPerDeg && shift.azimuth_rad < 130 * kRadPerDeg;
+    if (near) shift.shift_rad += 0.06 * std::sin(shift.azimuth_rad);
+  }
+  EXPECT_NEAR(FitParallax(shifts, kSectors, 0).rotation_rad, 0.1, 5e-4);
+}
+
 TEST(ParallaxFit, FindsTheDirectionOfTravel) {
   const ParallaxFit fit = FitParallax(Shifts(0, 5 * kRadPerDeg, 0.06, 0.2), kSectors, 0);
   EXPECT_NEAR(fit.direction_rad, 5 * kRadPerDeg, 1 * kRadPerDeg);

@@ -60,6 +60,28 @@ TEST(SectorMatcher, WhatFadesBroadlyTellsNoMotion) {
   }
 }
 
+// Between the sectors' centres there is a stripe of texture each, and nothing else.
+TEST(SectorMatcher, TheAzimuthIsThatOfTheContent) {
+  constexpr int kSpacing = kColumns / SectorMatcher::kSectors;
+  constexpr int kFirst = 13;  // of a stripe, 6 columns right of a centre
+  constexpr int kLast = 18;
+  SectorMatcher matcher({kColumns, kRows}, 1);
+  PanoramaLines before;
+  PanoramaLines after;
+  cv::Mat view = View(0.5, 0, 0);
+  for (int u = 0; u < kColumns; ++u) {
+    if (u % kSpacing < kFirst || u % kSpacing > kLast) view.col(u) = 128;
+  }
+  matcher.Analyze(Rolled(view, -2), before);
+  matcher.Analyze(view, after);
+  const auto shifts = matcher.Measure(before, after, 0);
+  EXPECT_GE(shifts.size(), 30U);
+  for (const SectorShift& sector : shifts) {
+    const double column = (std::numbers::pi - sector.azimuth_rad) / kColumnRad;
+    EXPECT_NEAR(std::fmod(column + kColumns, kSpacing), 0.5 * (kFirst + kLast), 2.5) << column;
+  }
+}
+
 // In the dark there is noise only. Its least distance is where the reference is bare.
 TEST(SectorMatcher, NoiseMatchesNothing) {
   SectorMatcher matcher({kColumns, kRows}, 1);

@@ -86,6 +86,19 @@ TEST(Replace, IsTheUpdateOfTheKind) {
   EXPECT_NEAR(model.cells[model.grid.CellOf({0, 0})].Filled(), 1 / 36.0, 1e-12);
 }
 
+// "Certainty about the robot's position can be expressed as the number of hypotheses, in a grid
+// cell."
+TEST(Replace, CertaintyOfThePlaceIsTheShareOfTheHypotheses) {
+  ColourModel model = Model();
+  model.kind = ModelKind::kVictoria2013;
+  model.grid = {-1, -1, 1.5, 2, 2, 1};  // the origin is in cell 1
+  LearnedPose pose = At(1e-6);
+  pose.places = {{{0, 0}, 2}, {{-0.9, 0}, 5}, {{0.1, 0}, 3}};
+  Replace(LineFeatures(Eigen::RowVector4f(1, 0, 0, 0)), {0}, 5, pose, model);
+  EXPECT_NEAR(model.cells[1].bins[3].certainty, 0.5, 1e-9);
+  EXPECT_EQ(model.cells[0].bins[3].stamp_s, 0) << "the pose is not there";
+}
+
 TEST(ColourModel, CellsKnowHowMuchTheySaw) {
   const ColourModel model = Model();
   EXPECT_FALSE(model.cells[0].empty());
