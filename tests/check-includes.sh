@@ -75,23 +75,23 @@ done
 declare -A tests_may_include=()
 for row in "${test_rows[@]}"; do tests_may_include[${row%%:*}]=${row#*:}; done
 
-# The longest folder of a path that has a row; of tests, the folder itself.
-layer_of() {
-  local folder=${1%/*}
-  if [[ $folder == tests* ]]; then
-    echo "$folder"
-    return
-  fi
-  while [[ ! -v may_include[$folder] && $folder == */* ]]; do folder=${folder%/*}; done
-  if [[ -v may_include[$folder] ]]; then echo "$folder"; fi
+# Sets `layer`: the longest folder of a path that has a row; of tests, the folder itself; or nothing. Not by its output,
+# because a process for each #include would take a minute.
+find_layer() {
+  layer=${1%/*}
+  if [[ $layer == tests* ]]; then return; fi
+  while [[ ! -v may_include[$layer] && $layer == */* ]]; do layer=${layer%/*}; done
+  if [[ ! -v may_include[$layer] ]]; then layer=; fi
 }
 
 bad=0
 while IFS=: read -r file line text; do
   included=${text#*\"}
   included=${included%%\"*}
-  from=$(layer_of "$file")
-  to=$(layer_of "$included")
+  find_layer "$file"
+  from=$layer
+  find_layer "$included"
+  to=$layer
   if [[ -z $to || $included != */* ]]; then
     echo "$file:$line: \"$included\" must name its folder from the project's root, e.g. \"calib/base/pose2.hpp\"" >&2
     bad=1
