@@ -31,7 +31,8 @@ struct BagFacts {
 };
 
 /// Sequential reader of a bag: MCAP, rosbag2 (SQLite or MCAP, one file or a folder with
-/// metadata.yaml), ROS 1. Memory is bounded by the largest chunk of the file, at most 512 MB.
+/// metadata.yaml), ROS 1. Memory is bounded: by the largest chunk of the file, at most 512 MB, and
+/// by 160 MB where smaller chunks overlap in time.
 class BagReader {
  public:
   /// True for a path that Open reads: an existing file whose first bytes are those of a bag, or a
@@ -39,7 +40,8 @@ class BagReader {
   static bool IsBag(const std::filesystem::path& path);
   /// Opens a bag and reads its topics: from its index, or where that is missing or damaged by
   /// reading the file once.
-  /// @throws InputError when it cannot be opened or is no bag.
+  /// @throws InputError when it cannot be opened or is no bag; RunError when a file that is
+  ///   compressed as a whole finds no room in the folder of temporary files.
   static std::unique_ptr<BagReader> Open(const std::filesystem::path& path);
 
   virtual ~BagReader() = default;
@@ -51,8 +53,8 @@ class BagReader {
   /// Next returns messages of these topics only, from the first message of the bag on. Chunks
   /// without them are not read where there is an index. Before the first call: all topics.
   virtual void Select(const std::vector<std::size_t>& topics) = 0;
-  /// Reads the next message, in order of log time (within a file without index: as written); false
-  /// at the end.
+  /// Reads the next message, in order of log time (of a database without an index of its times: as
+  /// written); false at the end.
   /// A damaged part is skipped, with a warning; only a file that can no longer be read throws.
   /// @throws InputError when the file cannot be read.
   virtual bool Next(RawMessage& message) = 0;

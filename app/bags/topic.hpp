@@ -19,7 +19,7 @@ struct Topic {
   std::string name;  ///< "/ceiling/image_raw"
   std::string type;  ///< as ROS 2 writes it, "sensor_msgs/msg/Image"; of ROS 1 too
   MessageEncoding encoding = MessageEncoding::kCdr;
-  std::optional<std::int64_t> messages;  ///< their number; unset where the file has no index
+  std::optional<std::int64_t> messages;  ///< their number; unset where the index does not state it
 };
 
 }  // namespace ceilmap::bags
