@@ -122,7 +122,13 @@ calib::Rig RigOptions::Nominal(cv::Size size) const {
 }
 
 std::string RigOptions::Assumption() const {
-  if (!file.empty() || from_bag) return "";
+  if (!file.empty()) return "";
+  if (from_bag) {
+    return fmt::format(
+        "--rig-from-bag: base_link is taken to be above the axle, and lengths are as exact as the "
+        "{:g} m from the floor to the ceiling and the camera's height in /tf_static",
+        *ceiling_height_m);
+  }
   if (!fov_deg) return "no --rig: lengths are in pixels of the recording, not in metres";
   return fmt::format(
       "--fov {:g}: lengths in metres are as exact as this angle and the {:g} m from the camera to "
