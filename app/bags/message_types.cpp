@@ -1,5 +1,7 @@
 #include "app/bags/message_types.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <vector>
@@ -87,7 +89,7 @@ std::string MessageDefinition(std::string_view type) {
   std::vector<std::string> contained;
   AppendContained(text, contained);
   for (const std::string& name : contained) {
-    text += std::string(80, '=') + "\nMSG: " + name + "\n" + Definitions().at(name);
+    text += fmt::format("{:=<80}\nMSG: {}\n{}", "", name, Definitions().at(name));
   }
   return text;
 }
