@@ -102,7 +102,7 @@ HTML
   figure "$out/compass-circle-1/heading.svg" "Heading by fft, and its error, on circle-1"
   echo "<h2>ViCTORiA 2013, Sturm &amp; Visser 2009: the compass of colours</h2>"
   [[ ! -f $out/victoria.csv ]] || table "$out/victoria.csv" "Experiments 1 to 4 by method"
-  for name in cells updating boards distance; do figure "$out/$name.svg" "$name"; done
+  for name in transitions cells updating boards distance histograms; do figure "$out/$name.svg" "$name"; done
   echo "</html>"
 }
 page >"$out/papers.html.part"
