@@ -1,5 +1,7 @@
 #include "app/commands/sensor_options.hpp"
 
+#include <optional>
+
 #include "calib/base/error.hpp"
 
 namespace ceilmap::commands {
@@ -58,16 +60,20 @@ TEST(SensorOptions, AllowOneSourceOfHeadings) {
   EXPECT_EQ(ErrorOf(options, true), "--omni-stamps: there are no mirror frames; give --omni");
 }
 
+std::optional<TiltMethod> TiltOf(const SensorOptions& options, bool have_rig) {
+  return options.Files(have_rig, "", HeadingFrame::kRelative, {}).tilt;
+}
+
 TEST(SensorOptions, TiltIsFusedByDefaultWhereThereIsARig) {
   SensorOptions options;
-  EXPECT_EQ(options.Files(true, "", HeadingFrame::kRelative).tilt, TiltMethod::kFused);
-  EXPECT_FALSE(options.Files(false, "", HeadingFrame::kRelative).tilt);
+  EXPECT_EQ(TiltOf(options, true), TiltMethod::kFused);
+  EXPECT_FALSE(TiltOf(options, false));
   options.tilt = "matsumoto";
-  EXPECT_EQ(options.Files(true, "", HeadingFrame::kRelative).tilt, TiltMethod::kMatsumoto);
+  EXPECT_EQ(TiltOf(options, true), TiltMethod::kMatsumoto);
   options.tilt = "forward";
-  EXPECT_EQ(options.Files(true, "", HeadingFrame::kRelative).tilt, TiltMethod::kForward);
+  EXPECT_EQ(TiltOf(options, true), TiltMethod::kForward);
   options.tilt = "none";
-  EXPECT_FALSE(options.Files(true, "", HeadingFrame::kRelative).tilt);
+  EXPECT_FALSE(TiltOf(options, true));
 }
 
 }  // namespace
