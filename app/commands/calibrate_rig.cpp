@@ -131,22 +131,17 @@ void WarnOfUncertainAngles(const mount::ForwardMount& forward) {
   check("roll", forward.roll_rad, "--spin-forward");
 }
 
-// Says what cannot be measured without times, before the recordings are read.
+// Wheels and gyro need times: this is known before the recordings are read.
 void CheckTimes(const CalibrateRigOptions& params,
                 const recordings::FrameSource& spin,
                 const recordings::FrameSource& straight) {
-  const auto timed = [](const recordings::FrameSource& source) {
-    return source.Stamps() != recordings::StampOrigin::kFrameIndex;
+  const auto untimed = [](const recordings::FrameSource& source) {
+    return source.Stamps() == recordings::StampOrigin::kFrameIndex;
   };
-  if (timed(spin) && timed(straight)) return;
-  if (params.HasWheels()) {
-    throw InputError(
-        "calibrate rig: wheels and gyro need the times of the images; give --spin-stamps and "
-        "--straight-stamps");
-  }
-  terminal::Note(
-      "no times of the images: the read-out time of the upward camera is not measured; give "
-      "--spin-stamps and --straight-stamps if its shutter is rolling");
+  if (!params.HasWheels() || !(untimed(spin) || untimed(straight))) return;
+  throw InputError(
+      "calibrate rig: wheels and gyro need the times of the images; give --spin-stamps and "
+      "--straight-stamps");
 }
 
 // Says why the read-out time was not measured, where the images show one or have times.

@@ -6,7 +6,8 @@ namespace ceilmap::recordings {
 
 double SecondsOf(std::int64_t ns) {
   constexpr std::int64_t kNsPerS = 1'000'000'000;
-  return static_cast<double>(ns / kNsPerS) + 1e-9 * static_cast<double>(ns % kNsPerS);
+  const std::int64_t whole_s = ns / kNsPerS;  // exact, unlike 1e-9 * ns
+  return static_cast<double>(whole_s) + 1e-9 * static_cast<double>(ns % kNsPerS);
 }
 
 std::int64_t MessageTimes::Of(std::int64_t header_ns, std::int64_t log_ns) {
