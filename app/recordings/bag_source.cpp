@@ -92,6 +92,7 @@ std::size_t FindOnly(const BagRecording& bag, const BagTopic& wanted, TopicUse u
                                  ListOf(topics)));
   }
   std::vector<std::string> names;
+  names.reserve(fitting.size());
   for (const Topic& topic : fitting) names.push_back(topic.name);
   throw InputError(fmt::format("{}: has {} topics of {}, {}; choose one{}",
                                bag.Name(),

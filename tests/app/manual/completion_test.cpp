@@ -10,6 +10,7 @@
 #include <string>
 
 #include "tests/app/manual/sample_program.hpp"
+#include "tests/support/test_folder.hpp"
 
 namespace ceilmap::manual {
 namespace {
@@ -17,7 +18,8 @@ namespace {
 /// What bash would offer behind `line`, in one line; calls of bash-completion's _filedir are shown.
 std::string Offered(const std::string& line) {
   const SampleProgram sample;
-  const std::filesystem::path script = testing::TempDir() + "completion.bash";
+  const support::TestFolder folder;
+  const std::filesystem::path script = folder / "completion.bash";
   std::ofstream(script) << R"(
 _filedir() { COMPREPLY=("files:$*"); }
 _init_completion() {
