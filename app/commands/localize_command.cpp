@@ -2,18 +2,14 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/localize_files.hpp"
 #include "app/commands/sensor_options.hpp"
 #include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
-#include "app/files/hypotheses_csv.hpp"
 #include "app/files/output_files.hpp"
-#include "app/files/status_csv.hpp"
-#include "app/files/trajectory_file.hpp"
-#include "app/files/tum.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/recordings/bag_options.hpp"
 #include "app/recordings/bag_rig.hpp"
@@ -29,7 +25,6 @@
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/yaml_value.hpp"
-#include "calib/level_view.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
 #include "localization/robot/ceiling_localizer.hpp"
@@ -65,6 +60,9 @@ struct LocalizeOptions {
   void Check(files::Existing existing) const;
   [[nodiscard]] localization::LocalizerParams ForLocalizer(
       localization::LocalizerParams params) const;
+  [[nodiscard]] LocalizeOutputs Outputs() const {
+    return {output, sensors.uncompensated, status, hypotheses, predicted, stream};
+  }
 };
 
 void LocalizeOptions::Check(files::Existing existing) const {
@@ -117,58 +115,6 @@ localization::LocalizerParams LocalizeOptions::ForLocalizer(
   return params;
 }
 
-// Files and messages that are written during the run.
-class Results {
- public:
-  Results(const LocalizeOptions& params, const calib::LevelView& level)
-      : level_(level),
-        trajectory_(params.output, params.predicted),
-        uncompensated_(params.sensors.uncompensated, params.predicted),
-        status_(params.status),
-        hypotheses_(params.hypotheses),
-        stream_(params.stream) {
-    status_.Append(files::StatusHeader());
-    hypotheses_.Append(files::HypothesesHeader());
-  }
-
-  void Add(const robot::Estimate& estimate) {
-    status_.Append(files::FormatStatusLine(estimate));
-    hypotheses_.Append(files::FormatHypotheses(estimate));
-    const bool placed = trajectory_.Add(estimate);
-    graph::FramePose frame = robot::ToFramePose(estimate);
-    if (placed) frame.T_map_base = level_.Uncompensated(frame.T_map_base, frame.tilt);
-    frame.tilt = {};
-    uncompensated_.Add(frame);
-    if (!stream_ || !placed) return;
-    fmt::print(
-        "{}",
-        files::FormatTumLine(ToStampedPose(estimate.stamp_s, estimate.pose.pose, estimate.tilt)));
-    std::fflush(stdout);
-  }
-
-  void CommitStatus() {
-    status_.Commit();
-    hypotheses_.Commit();
-  }
-  void Commit(const LocalizeOptions& params, terminal::Summary& summary) {
-    trajectory_.Commit();
-    uncompensated_.Commit();
-    CommitStatus();
-    for (const fs::path& file :
-         {params.output, params.sensors.uncompensated, params.status, params.hypotheses}) {
-      if (!file.empty()) summary.files.push_back(file);
-    }
-  }
-
- private:
-  calib::LevelView level_;
-  files::TrajectoryFile trajectory_;
-  files::TrajectoryFile uncompensated_;
-  files::GrowingFile status_;
-  files::GrowingFile hypotheses_;
-  bool stream_;
-};
-
 // Sums over the frames.
 class Tally {
  public:
@@ -202,7 +148,7 @@ class Tally {
 void LocateFrames(recordings::FrameSource& source,
                   recordings::SensorInputs& sensors,
                   robot::CeilingLocalizer& localizer,
-                  Results& results,
+                  LocalizeFiles& results,
                   live::RunWatch& watch,
                   reports::LocalizeResult& result) {
   terminal::Progress progress("localizing", "frames", source.ExpectedFrames());
@@ -335,7 +281,7 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   const store::MapReader& map = localizer.Map();
 
   reports::LocalizeResult result;
-  Results results(params, calib::LevelView(localizer.View()));
+  LocalizeFiles results(params.Outputs(), calib::LevelView(localizer.View()));
   live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
   if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
   if (!params.rig_from_bag) {
@@ -357,7 +303,7 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
     results.CommitStatus();  // the file shows the reason
     ReportNothingFound(params, result);
   }
-  results.Commit(params, summary);
+  results.Commit(summary);
   params.sensors.wheels.WriteRig(*rig, result.sensors.report.wheels, summary);
   PrintNotes(params, result);
   reports::ReportScalings(scaling, sensors);

@@ -3,132 +3,28 @@
 #include <lz4frame.h>
 #include <zstd.h>
 
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <string>
 
 #include "app/bags/mcap_records.hpp"
 #include "app/bags/message_types.hpp"
 #include "calib/base/error.hpp"
+#include "tests/app/bags/mcap_contents.hpp"
 #include "tests/support/test_folder.hpp"
 
 namespace ceilmap::bags {
 namespace {
 
 using mcap::Opcode;
-using Bytes = std::vector<std::uint8_t>;
-
-// The fields of a record, in order; written from the specification, not from the writer.
-class Fields {
- public:
-  explicit Fields(const Bytes& bytes) : bytes_(bytes) {}
-
-  std::uint64_t Number(int size) {
-    std::uint64_t number = 0;
-    for (int i = 0; i < size; ++i) number |= std::uint64_t{bytes_.at(at_ + i)} << (8 * i);
-    at_ += size;
-    return number;
-  }
-  std::string Text() {
-    const Bytes bytes = Take(Number(4));
-    return {bytes.begin(), bytes.end()};
-  }
-  Bytes Take(std::size_t size) {
-    EXPECT_LE(at_ + size, bytes_.size());
-    const auto from = bytes_.begin() + static_cast<std::ptrdiff_t>(at_);
-    at_ += size;
-    return {from, from + static_cast<std::ptrdiff_t>(size)};
-  }
-  [[nodiscard]] bool AtEnd() const { return at_ == bytes_.size(); }
-  [[nodiscard]] std::size_t At() const { return at_; }
-
- private:
-  const Bytes& bytes_;
-  std::size_t at_ = 0;
-};
-
-struct Record {
-  Opcode opcode{};
-  std::size_t at = 0;  // of its opcode
-  Bytes content;
-
-  [[nodiscard]] std::size_t End() const { return at + 9 + content.size(); }
-};
-
-std::vector<Record> RecordsIn(const Bytes& bytes, std::size_t begin, std::size_t end) {
-  std::vector<Record> records;
-  Fields fields(bytes);
-  fields.Take(begin);
-  while (fields.At() < end) {
-    Record record;
-    record.at = fields.At();
-    record.opcode = static_cast<Opcode>(fields.Number(1));
-    record.content = fields.Take(fields.Number(8));
-    records.push_back(record);
-  }
-  EXPECT_EQ(fields.At(), end);
-  return records;
-}
-
-Bytes ReadBytes(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-// CRC-32 bit by bit.
-std::uint32_t CrcOf(const Bytes& bytes, std::size_t begin, std::size_t end) {
-  std::uint32_t crc = ~0U;
-  for (std::size_t i = begin; i < end; ++i) {
-    crc ^= bytes[i];
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
-  }
-  return ~crc;
-}
-
-// A file, record by record.
-struct McapFile {
-  explicit McapFile(const std::filesystem::path& file)
-      : bytes(ReadBytes(file)), records(RecordsIn(bytes, 8, bytes.size() - 8)) {}
-
-  [[nodiscard]] std::vector<Opcode> Opcodes() const {
-    std::vector<Opcode> opcodes;
-    for (const Record& record : records) opcodes.push_back(record.opcode);
-    return opcodes;
-  }
-  [[nodiscard]] std::vector<Record> Of(Opcode opcode) const {
-    std::vector<Record> found;
-    for (const Record& record : records) {
-      if (record.opcode == opcode) found.push_back(record);
-    }
-    return found;
-  }
-
-  Bytes bytes;
-  std::vector<Record> records;
-};
-
-struct Chunk {
-  std::uint64_t first = 0;
-  std::uint64_t last = 0;
-  std::uint64_t size = 0;
-  std::uint32_t crc = 0;
-  std::string compression;
-  Bytes data;
-};
-
-Chunk ChunkOf(const Record& record) {
-  Fields fields(record.content);
-  Chunk chunk;
-  chunk.first = fields.Number(8);
-  chunk.last = fields.Number(8);
-  chunk.size = fields.Number(8);
-  chunk.crc = static_cast<std::uint32_t>(fields.Number(4));
-  chunk.compression = fields.Text();
-  chunk.data = fields.Take(fields.Number(8));
-  EXPECT_TRUE(fields.AtEnd());
-  return chunk;
-}
+using test::Bytes;
+using test::Chunk;
+using test::ChunkOf;
+using test::CrcOf;
+using test::Fields;
+using test::McapFile;
+using test::ReadBytes;
+using test::Record;
+using test::RecordsIn;
 
 const Bytes kShort = {1, 2, 3};
 
@@ -423,69 +319,6 @@ TEST(McapWriter, NegativeTimesAreRefused) {
               (folder / "t.mcap").string() +
                   ": a time is negative (-1.500000 s), which a bag cannot hold");
   }
-}
-
-TEST(RosChannel, HasTheQualityOfServiceOfRosbag2) {
-  const McapChannel channel = RosChannel("/map", kGridType, Durability::kTransientLocal);
-  EXPECT_EQ(channel.topic, "/map");
-  EXPECT_EQ(channel.message_encoding, "cdr");
-  EXPECT_EQ(channel.schema_name, "nav_msgs/msg/OccupancyGrid");
-  EXPECT_EQ(channel.schema_encoding, "ros2msg");
-  EXPECT_EQ(channel.metadata,
-            (std::map<std::string, std::string>{{"offered_qos_profiles",
-                                                 "- history: 1\n"
-                                                 "  depth: 1\n"
-                                                 "  reliability: 1\n"
-                                                 "  durability: 1\n"
-                                                 "  deadline:\n"
-                                                 "    sec: 9223372036\n"
-                                                 "    nsec: 854775807\n"
-                                                 "  lifespan:\n"
-                                                 "    sec: 9223372036\n"
-                                                 "    nsec: 854775807\n"
-                                                 "  liveliness: 1\n"
-                                                 "  liveliness_lease_duration:\n"
-                                                 "    sec: 9223372036\n"
-                                                 "    nsec: 854775807\n"
-                                                 "  avoid_ros_namespace_conventions: false"}}));
-  const std::string volatile_profile =
-      RosChannel("/a", kImageType, Durability::kVolatile).metadata.at("offered_qos_profiles");
-  EXPECT_THAT(volatile_profile, testing::HasSubstr("depth: 10\n"));
-  EXPECT_THAT(volatile_profile, testing::HasSubstr("durability: 2\n"));
-}
-
-TEST(MessageDefinition, ContainsEachTypeOnce) {
-  const std::string line(80, '=');
-  EXPECT_EQ(MessageDefinition(kPathType),
-            "std_msgs/Header header\n"
-            "geometry_msgs/PoseStamped[] poses\n" +
-                line +
-                "\nMSG: std_msgs/Header\n"
-                "builtin_interfaces/Time stamp\n"
-                "string frame_id\n" +
-                line +
-                "\nMSG: builtin_interfaces/Time\n"
-                "int32 sec\n"
-                "uint32 nanosec\n" +
-                line +
-                "\nMSG: geometry_msgs/PoseStamped\n"
-                "std_msgs/Header header\n"
-                "geometry_msgs/Pose pose\n" +
-                line +
-                "\nMSG: geometry_msgs/Pose\n"
-                "geometry_msgs/Point position\n"
-                "geometry_msgs/Quaternion orientation\n" +
-                line +
-                "\nMSG: geometry_msgs/Point\n"
-                "float64 x\n"
-                "float64 y\n"
-                "float64 z\n" +
-                line +
-                "\nMSG: geometry_msgs/Quaternion\n"
-                "float64 x 0\n"
-                "float64 y 0\n"
-                "float64 z 0\n"
-                "float64 w 1\n");
 }
 
 }  // namespace
