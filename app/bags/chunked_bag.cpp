@@ -224,4 +224,58 @@ void ChunkedBag::Close(std::unique_ptr<OpenChunk> chunk) {
   }
 }
 
+bool ChunkedBag::ScanLoose(std::uint64_t at, std::uint64_t length) {
+  constexpr std::uint64_t kLooseBytes = std::uint64_t{4} << 20U;
+  if (length > kMaxChunkBytes) {
+    Warn(fmt::format("a message of {} MB at byte {} is skipped", length >> 20U, at));
+    loose_open_ = false;
+    return false;
+  }
+  if (!loose_open_ || places_.back().length + length > kLooseBytes) {
+    places_.emplace_back();
+    places_.back().offset = at;
+    places_.back().loose = true;
+    loose_open_ = true;
+    AddCompression("none");
+  }
+  places_.back().length += length;
+  return true;
+}
+
+void ChunkedBag::AddLoose(std::int64_t log_time_ns, std::uint32_t topic) {
+  AddMessage(places_.back(), log_time_ns, topic);
+  ++scanned_messages_;
+}
+
+void ChunkedBag::ScanChunk(std::uint64_t at, std::uint64_t length, bool cut) {
+  loose_open_ = false;
+  ChunkPlace place;
+  place.offset = at;
+  place.length = length;
+  place.cut = cut;
+  ChunkContent content;
+  Load(place, content);
+  for (const StoredMessage& message : content.messages) {
+    AddMessage(place, message.log_time_ns, message.topic);
+  }
+  scanned_messages_ += content.messages.size();
+  if (!content.messages.empty()) places_.push_back(std::move(place));
+}
+
+void ChunkedBag::Load(const ChunkPlace& place, ChunkContent& content) {
+  try {
+    if (place.loose) {
+      content.bytes.Resize(static_cast<std::size_t>(place.length));
+      file_.Read(place.offset, content.bytes.Bytes());
+      ListMessages(content, place, true);
+    } else {
+      LoadChunk(place, content);
+    }
+  } catch (const DamagedBytes& damage) {
+    content.messages.clear();
+    if (place.cut) return;  // is reported by Scan
+    Warn(fmt::format("the chunk at byte {} is skipped: it {}", place.offset, damage.what()));
+  }
+}
+
 }  // namespace ceilmap::bags

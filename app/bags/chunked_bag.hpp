@@ -55,10 +55,23 @@ class ChunkedBag : public BagReader {
  protected:
   ChunkedBag(const std::filesystem::path& path, std::string name);
 
-  /// Reads a chunk and lists its messages of topics that Wanted accepts, in the order of the file.
-  /// Warns of damage; what can be read remains.
-  /// @throws InputError when the file cannot be read.
-  virtual void Load(const ChunkPlace& place, ChunkContent& content) = 0;
+  /// Reads a chunk and lists its messages by ListMessages.
+  /// @throws DamagedBytes when nothing of it can be used, InputError when the file cannot be read.
+  virtual void LoadChunk(const ChunkPlace& place, ChunkContent& content) = 0;
+  /// Lists the messages, of topics that Wanted accepts, in the bytes of a chunk, in the order of
+  /// the file. Warns of damage; what comes before it remains.
+  /// @param complete  false: the bytes end early, which was reported.
+  virtual void ListMessages(ChunkContent& content, const ChunkPlace& place, bool complete) = 0;
+
+  /// While a file without index is read: adds a chunk of `length` bytes with its messages.
+  void ScanChunk(std::uint64_t at, std::uint64_t length, bool cut);
+  /// The same of a record of a message outside of chunks. Neighbours are one place.
+  /// @return false, with a warning, when it is too large; otherwise the caller calls AddLoose.
+  bool ScanLoose(std::uint64_t at, std::uint64_t length);
+  /// The message of the record.
+  void AddLoose(std::int64_t log_time_ns, std::uint32_t topic);
+  /// Another record follows: the next message outside of chunks begins a new place.
+  void EndLoose() { loose_open_ = false; }
 
   /// Ends the constructor of a format, when all topics and places are known.
   void Start();
@@ -92,10 +105,13 @@ class ChunkedBag : public BagReader {
   TopicTable topics_;
   std::vector<ChunkPlace> places_;
   BagFacts facts_;
+  bool scanning_ = false;  ///< a file without index is being read
+  std::uint64_t scanned_messages_ = 0;
 
  private:
   struct OpenChunk;
 
+  void Load(const ChunkPlace& place, ChunkContent& content);
   void Rewind();
   [[nodiscard]] bool Due(const ChunkPlace& place) const;
   void Open(std::size_t place);
@@ -104,6 +120,7 @@ class ChunkedBag : public BagReader {
   void Close(std::unique_ptr<OpenChunk> chunk);
   void PassGiven();
 
+  bool loose_open_ = false;  // the last of places_ may become longer
   WarningList warnings_;
   MessageUnpacker unpacker_;
   Buffer packed_;                       // of the chunk that is being loaded

@@ -192,7 +192,7 @@ std::uint64_t McapBag::ScanRecords(std::uint64_t at, bool& complete) {
             window.View(content, std::min<std::size_t>(head.length, mcap::kMessageHeadBytes));
         ScanMessage(at, mcap::kRecordHeadBytes + head.length, mcap::ParseMessageHead(shown));
       } else {
-        loose_open_ = false;
+        EndLoose();
         const std::uint64_t shown = std::min(head.length, kMostDefinitionBytes);
         if (head.opcode == mcap::Opcode::kSchema || head.opcode == mcap::Opcode::kChannel) {
           ScanContent(head.opcode, window.View(content, static_cast<std::size_t>(shown)));
@@ -211,55 +211,10 @@ void McapBag::ScanContent(mcap::Opcode opcode, std::span<const std::uint8_t> con
 }
 
 void McapBag::ScanMessage(std::uint64_t at, std::uint64_t length, const mcap::MessageHead& head) {
-  constexpr std::uint64_t kLooseBytes = std::uint64_t{4} << 20U;
-  if (length > kMaxChunkBytes) {
-    Warn(fmt::format("a message of {} MB at byte {} is skipped", length >> 20U, at));
-    loose_open_ = false;
-    return;
-  }
+  if (!ScanLoose(at, length)) return;
   const std::int32_t topic = TopicOf(head.channel_id);
-  if (!loose_open_ || places_.back().length + length > kLooseBytes) {
-    places_.emplace_back();
-    places_.back().offset = at;
-    places_.back().loose = true;
-    loose_open_ = true;
-    AddCompression("none");
-  }
-  places_.back().length += length;
   if (topic == kUnknownTopic) return;
-  AddMessage(places_.back(), SignedTime(head.log_time), static_cast<std::uint32_t>(topic));
-  ++scanned_messages_;
-}
-
-void McapBag::ScanChunk(std::uint64_t at, std::uint64_t length, bool cut) {
-  loose_open_ = false;
-  ChunkPlace place;
-  place.offset = at;
-  place.length = length;
-  place.cut = cut;
-  ChunkContent content;
-  Load(place, content);
-  for (const StoredMessage& message : content.messages) {
-    AddMessage(place, message.log_time_ns, message.topic);
-  }
-  scanned_messages_ += content.messages.size();
-  if (!content.messages.empty()) places_.push_back(std::move(place));
-}
-
-void McapBag::Load(const ChunkPlace& place, ChunkContent& content) {
-  try {
-    if (place.loose) {
-      content.bytes.Resize(static_cast<std::size_t>(place.length));
-      file_.Read(place.offset, content.bytes.Bytes());
-      ListMessages(content, true, place.offset);
-    } else {
-      LoadChunk(place, content);
-    }
-  } catch (const DamagedBytes& damage) {
-    content.messages.clear();
-    if (place.cut) return;  // is reported by Scan
-    Warn(fmt::format("the chunk at byte {} is skipped: it {}", place.offset, damage.what()));
-  }
+  AddLoose(SignedTime(head.log_time), static_cast<std::uint32_t>(topic));
 }
 
 void McapBag::LoadChunk(const ChunkPlace& place, ChunkContent& content) {
@@ -299,11 +254,11 @@ void McapBag::LoadChunk(const ChunkPlace& place, ChunkContent& content) {
     Warn(fmt::format("the chunk at byte {} is damaged; what comes before the damage is used",
                      place.offset));
   }
-  ListMessages(content, whole, place.offset);
+  ListMessages(content, place, whole);
 }
 
 // Of a chunk that is not complete the last record is cut, which was reported.
-void McapBag::ListMessages(ChunkContent& content, bool complete, std::uint64_t offset) {
+void McapBag::ListMessages(ChunkContent& content, const ChunkPlace& place, bool complete) {
   const std::span<const std::uint8_t> bytes = content.bytes.Bytes();
   std::size_t at = 0;
   while (bytes.size() - at >= mcap::kRecordHeadBytes) {
@@ -331,7 +286,7 @@ void McapBag::ListMessages(ChunkContent& content, bool complete, std::uint64_t o
   }
   if (at != bytes.size() && complete) {
     Warn(fmt::format("the chunk at byte {} has a damaged record; the messages before it are used",
-                     offset));
+                     place.offset));
   }
 }
 

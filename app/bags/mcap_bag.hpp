@@ -22,7 +22,8 @@ class McapBag : public ChunkedBag {
   McapBag(const std::filesystem::path& path, std::string name);
 
  private:
-  void Load(const ChunkPlace& place, ChunkContent& content) override;
+  void LoadChunk(const ChunkPlace& place, ChunkContent& content) override;
+  void ListMessages(ChunkContent& content, const ChunkPlace& place, bool complete) override;
 
   /// @return true when the summary gives all chunks and topics. @throws DamagedBytes
   bool ReadSummary();
@@ -38,10 +39,7 @@ class McapBag : public ChunkedBag {
   std::uint64_t ScanRecords(std::uint64_t at, bool& complete);
   void ScanContent(mcap::Opcode opcode, std::span<const std::uint8_t> content);
   void ScanMessage(std::uint64_t at, std::uint64_t length, const mcap::MessageHead& head);
-  void ScanChunk(std::uint64_t at, std::uint64_t length, bool cut);
 
-  void LoadChunk(const ChunkPlace& place, ChunkContent& content);
-  void ListMessages(ChunkContent& content, bool complete, std::uint64_t offset);
   /// @return the number of the topic, or kUnknown with a warning.
   std::int32_t TopicOf(std::uint16_t channel);
   void DefineSchema(const mcap::Schema& schema);
@@ -49,9 +47,6 @@ class McapBag : public ChunkedBag {
 
   std::map<std::uint16_t, std::pair<std::string, std::string>> schemas_;  // name, encoding
   std::vector<std::int32_t> channels_;  // numbers of topics by channel
-  bool scanning_ = false;
-  std::uint64_t scanned_messages_ = 0;
-  bool loose_open_ = false;  // the last of places_ may become longer
 };
 
 }  // namespace ceilmap::bags

@@ -169,7 +169,7 @@ std::uint64_t Ros1Bag::ScanRecords(std::uint64_t at) {
       if (record->header.operation == ros1::Operation::kMessage) {
         ScanMessage(at, *record);
       } else {
-        loose_open_ = false;
+        EndLoose();
       }
       if (record->header.operation == ros1::Operation::kConnection) {
         const std::string topic(record->header.topic);
@@ -188,56 +188,9 @@ std::uint64_t Ros1Bag::ScanRecords(std::uint64_t at) {
 }
 
 void Ros1Bag::ScanMessage(std::uint64_t at, const Record& record) {
-  constexpr std::uint64_t kLooseBytes = std::uint64_t{4} << 20U;
-  const std::uint64_t length = record.data_at + record.data_size - at;
-  if (length > kMaxChunkBytes) {
-    Warn(fmt::format("a message of {} MB at byte {} is skipped", length >> 20U, at));
-    loose_open_ = false;
-    return;
-  }
-  if (!loose_open_ || places_.back().length + length > kLooseBytes) {
-    places_.emplace_back();
-    places_.back().offset = at;
-    places_.back().loose = true;
-    loose_open_ = true;
-    AddCompression("none");
-  }
-  places_.back().length += length;
+  if (!ScanLoose(at, record.data_at + record.data_size - at)) return;
   const std::optional<std::uint32_t> topic = TopicOf(record.header);
-  if (!topic) return;
-  AddMessage(places_.back(), record.header.time_ns, *topic);
-  ++scanned_messages_;
-}
-
-void Ros1Bag::ScanChunk(std::uint64_t at, std::uint64_t length, bool cut) {
-  loose_open_ = false;
-  ChunkPlace place;
-  place.offset = at;
-  place.length = length;
-  place.cut = cut;
-  ChunkContent content;
-  Load(place, content);
-  for (const StoredMessage& message : content.messages) {
-    AddMessage(place, message.log_time_ns, message.topic);
-  }
-  scanned_messages_ += content.messages.size();
-  if (!content.messages.empty()) places_.push_back(std::move(place));
-}
-
-void Ros1Bag::Load(const ChunkPlace& place, ChunkContent& content) {
-  try {
-    if (place.loose) {
-      content.bytes.Resize(static_cast<std::size_t>(place.length));
-      file_.Read(place.offset, content.bytes.Bytes());
-      ListMessages(content, place, true);
-    } else {
-      LoadChunk(place, content);
-    }
-  } catch (const DamagedBytes& damage) {
-    content.messages.clear();
-    if (place.cut) return;  // is reported by Scan
-    Warn(fmt::format("the chunk at byte {} is skipped: it {}", place.offset, damage.what()));
-  }
+  if (topic) AddLoose(record.header.time_ns, *topic);
 }
 
 void Ros1Bag::LoadChunk(const ChunkPlace& place, ChunkContent& content) {

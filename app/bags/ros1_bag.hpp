@@ -29,8 +29,8 @@ class Ros1Bag : public ChunkedBag {
     std::uint32_t data_size = 0;
   };
 
-  void Load(const ChunkPlace& place, ChunkContent& content) override;
-  void LoadChunk(const ChunkPlace& place, ChunkContent& content);
+  void LoadChunk(const ChunkPlace& place, ChunkContent& content) override;
+  void ListMessages(ChunkContent& content, const ChunkPlace& place, bool complete) override;
 
   /// @return false when the bag has no index. @throws DamagedBytes
   bool ReadIndex();
@@ -41,19 +41,14 @@ class Ros1Bag : public ChunkedBag {
   /// Reads records from `at` on. @return where the records end.
   std::uint64_t ScanRecords(std::uint64_t at);
   void ScanMessage(std::uint64_t at, const Record& record);
-  void ScanChunk(std::uint64_t at, std::uint64_t length, bool cut);
 
   /// The record at `at`; nothing where the file ends within its head. @throws DamagedBytes
   static std::optional<Record> ReadRecord(FileWindow& window, std::uint64_t at);
-  void ListMessages(ChunkContent& content, const ChunkPlace& place, bool complete);
   void DefineConnection(const ros1::RecordHeader& header, std::span<const std::uint8_t> data);
   /// Number of the topic; nothing, with a warning, of a connection that is not defined.
   std::optional<std::uint32_t> TopicOf(const ros1::RecordHeader& message);
 
   std::unordered_map<std::uint32_t, std::uint32_t> connections_;  // number of the topic
-  bool scanning_ = false;
-  std::uint64_t scanned_messages_ = 0;
-  bool loose_open_ = false;  // the last of places_ may become longer
 };
 
 }  // namespace ceilmap::bags
