@@ -93,7 +93,7 @@ CeilingTracker::CeilingTracker(const calib::CeilingView& view)
 
 CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& image, double stamp_s) {
   Frame frame;
-  frame.image = {image.clone(), registrar_.AnalyzeFine(image)};
+  frame.image = {image.clone(), registrar_.Analyze(image)};
   frame.stamp_s = stamp_s;
   return frame;
 }
@@ -171,9 +171,6 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
 
 /// For a poor prediction: the initial value is the similarity motion that a level robot would see.
 PlaneFit CeilingTracker::Find(Frame& frame) {
-  reference_.spectrum =
-      registrar_.Complete(reference_.pixels, reference_.spectrum, reference_content_);
-  frame.image.spectrum = registrar_.Complete(frame.image.pixels, frame.image.spectrum);
   const Registration found = registrar_.Register(reference_.spectrum, frame.image.spectrum);
   if (found.verdict == registration::Verdict::kNoTexture) return {};
   return Fit(frame, PlaneMotion::FromSimilarity(camera_, found.motion));
@@ -188,9 +185,6 @@ PlaneFit CeilingTracker::Fit(const Frame& frame, const PlaneMotion& start) {
 /// Whether heights explain the images where one plane does not; the reference then has them. Until
 /// it has, the robot is taken to be level.
 bool CeilingTracker::FindDepth(Frame& frame, const PlaneFit& plane) {
-  reference_.spectrum =
-      registrar_.Complete(reference_.pixels, reference_.spectrum, reference_content_);
-  frame.image.spectrum = registrar_.Complete(frame.image.pixels, frame.image.spectrum);
   PlanarTilt level = Predict(frame.stamp_s);
   level.tilt = {};
   registration::MotionPrior prior{ToMotion(level).ToSimilarity(camera_), kPriorPx, kPriorRad};
@@ -313,7 +307,7 @@ void CeilingTracker::SetReference(const Frame& frame) {
 void CeilingTracker::SetReference(const Frame& frame, const cv::Mat& level) {
   MoveTo(frame.T_reference_base);
   reference_content_ = calib::ContentMask(level);
-  TakeReference({level.clone(), registrar_.AnalyzeFine(level, reference_content_)},
+  TakeReference({level.clone(), registrar_.Analyze(level, reference_content_)},
                 Levelled(frame.T_reference_base));
 }
 

@@ -50,8 +50,7 @@ ForwardTracker::ForwardTracker(const calib::ForwardView& view)
 
 ForwardTracker::Frame ForwardTracker::Analyze(const cv::Mat& image, double stamp_s) {
   Frame frame;
-  frame.image = image.clone();
-  frame.spectrum = registrar_.AnalyzeFine(image);
+  frame.spectrum = registrar_.Analyze(image);
   frame.stamp_s = stamp_s;
   return frame;
 }
@@ -75,14 +74,11 @@ bool ForwardTracker::Against(Frame& from, Frame& frame, Registration& found) {
   prior.motion = Compose(Predict(frame.stamp_s), from.from_reference.Inverse());
   found = last_ ? following_.Refine(from.spectrum, frame.spectrum, prior.motion) : Registration{};
   if (!found.ok()) {
-    for (Frame* each : {&from, &frame}) {
-      if (each->whole.empty()) each->whole = registrar_.Analyze(each->image);
-    }
     // Between consecutive frames a robot pitches by a few degrees at most.
     constexpr double kReachRad = 0.06;
     prior.sigma_px = kReachRad * view_.FocalLength();
     prior.sigma_theta_rad = kReachRad;
-    found = registrar_.Register(from.whole, frame.whole, prior);
+    found = registrar_.Register(from.spectrum, frame.spectrum, prior);
     // A large moving object can match better than the static scene.
     constexpr double kMaxSigmas = 4;
     const double off_px = std::hypot(found.motion.tx_px - prior.motion.tx_px,

@@ -34,9 +34,7 @@ struct ForwardMotion {
 class ForwardTracker {
  public:
   struct Frame {
-    cv::Mat image;                         ///< a copy
-    registration::FrameSpectrum spectrum;  ///< of the fine stage
-    registration::FrameSpectrum whole;     ///< with the coarse stage, made on demand
+    registration::FrameSpectrum spectrum;
     double stamp_s = 0;
     registration::ImageMotion from_reference;  ///< as measured
     double variance_px2 = 0;                   ///< added to its shift by bridging frames

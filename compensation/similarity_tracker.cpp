@@ -24,7 +24,7 @@ SimilarityTracker::SimilarityTracker(const calib::CeilingView& view)
 
 SimilarityTracker::Frame SimilarityTracker::Analyze(const cv::Mat& image) {
   Frame frame;
-  frame.image = {image.clone(), registrar_.AnalyzeFine(image)};
+  frame.image = {image.clone(), registrar_.Analyze(image)};
   return frame;
 }
 
@@ -33,9 +33,6 @@ Registration SimilarityTracker::Register(Frame& frame) {
   if (step_) {
     Registration near = registrar_.Refine(last_->image.spectrum, frame.image.spectrum, *step_);
     if (near.ok()) return near;
-  }
-  for (registration::AnalyzedImage* each : {&last_->image, &frame.image}) {
-    each->spectrum = registrar_.Complete(each->pixels, each->spectrum);
   }
   constexpr double kReachRatio = 0.1;  // of the longer side
   constexpr double kReachRad = 0.1;

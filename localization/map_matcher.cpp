@@ -142,9 +142,10 @@ void MapMatcher::DrawAnew() {
 
 void MapMatcher::Analyze(LevelFrame& frame) {
   tilt_ = frame.tilt;
+  if (!frame.image.spectrum.empty()) return;
   const cv::Mat& pixels = frame.image.pixels;
-  frame.image.spectrum = registrar_.Complete(
-      pixels, frame.image.spectrum, tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(pixels));
+  frame.image.spectrum =
+      registrar_.Analyze(pixels, tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(pixels));
 }
 
 MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseWithCovariance& expected) const {

@@ -372,8 +372,10 @@ OdometryStep Odometry::Process(const cv::Mat& image,
     step.pose.status = graph::TrackingStatus::kAmbiguous;
     return step;
   }
-  const FrameSpectrum spectrum = me.registrar.Complete(
-      image, analyzed, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
+  const FrameSpectrum spectrum =
+      analyzed.empty() ? me.registrar.Analyze(
+                             image, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image))
+                       : analyzed;
   step.coding_loss = spectrum.CodingLoss();
   me.prediction.Begin(stamp_s, context.heading, context.wheels);
   graph::Edge edge;

@@ -31,8 +31,8 @@ class PairRegistrar {
     cv::Mat buffer;
     for (std::size_t i = 0; i < recording.keyframes.size(); ++i) {
       velocities_.push_back(InBase(motion.velocities[i], view_.T_base_camera(), distance_m));
-      spectra_.push_back(registrar_.AnalyzeFine(
-          view_.Rectify(recording.keyframes[i].image, buffer, velocities_[i])));
+      spectra_.push_back(
+          registrar_.Analyze(view_.Rectify(recording.keyframes[i].image, buffer, velocities_[i])));
       if (motion.heights.empty()) continue;
       spectra_.back().SetHeights(motion.heights[i] ? motion.heights[i] : Plane());
     }

@@ -41,6 +41,15 @@ cv::Size WorkingSizeFor(cv::Size full, int factor) {
   return {FastFftSize(full.width / factor), FastFftSize(full.height / factor)};
 }
 
+// A few dark objects in a white image fit in many positions, and with short distances between them
+// they give little information on the rotation.
+bool IsOverexposed(const RealArray& image) {
+  constexpr float kSaturated = 250;
+  const auto saturated = std::count_if(
+      image.data(), image.data() + image.size(), [](float grey) { return grey >= kSaturated; });
+  return static_cast<double>(saturated) > kMaxSaturated * static_cast<double>(image.size());
+}
+
 // Correlation of two images over their common area.
 struct Agreement {
   double correlation = 0;
@@ -119,16 +128,6 @@ bool CoarseStage::LimitLamps(const std::vector<float>& fading) {
   return kernels::LimitAbove(mean_.data(), limit, reduced_.size(), reduced_.data());
 }
 
-// A few dark objects in a white image fit in many positions, and with short distances between them
-// they give little information on the rotation.
-bool CoarseStage::IsOverexposed() const {
-  constexpr float kSaturated = 250;
-  const auto saturated = std::count_if(reduced_.data(),
-                                       reduced_.data() + reduced_.size(),
-                                       [](float grey) { return grey >= kSaturated; });
-  return static_cast<double>(saturated) > kMaxSaturated * static_cast<double>(poc_.Area());
-}
-
 // Towards areas without content the image is replaced smoothly by its local mean.
 void CoarseStage::FadeToMean(const std::vector<float>& weights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -136,18 +135,31 @@ void CoarseStage::FadeToMean(const std::vector<float>& weights) {
   }
 }
 
-void CoarseStage::Analyze(const cv::Mat& grey,
-                          float white_noise,
-                          FrameSpectrum::Coarse& data,
-                          const cv::Mat& mask) {
+void CoarseStage::Reduce(const cv::Mat& grey, const cv::Mat& mask, WorkingImage& image) const {
+  image.grey.Resize(poc_.Area());
   kernels::ReduceArea(grey.ptr<unsigned char>(start_.y) + start_.x,
                       grey.step,
                       factor_,
                       work_.width,
                       work_.height,
-                      reduced_.data());
-  const bool overexposed = IsOverexposed();
-  const std::vector<float> fading = mask.empty() ? std::vector<float>() : FadingMask(mask);
+                      image.grey.data());
+  image.mask = mask.clone();
+  image.overexposed = IsOverexposed(image.grey);
+}
+
+const FrameSpectrum::Coarse& CoarseStage::Of(FrameSpectrum::Data& data) {
+  const std::scoped_lock lock(data.mutex);
+  if (!data.coarse_ready) Analyze(data.working, data.noise, data.coarse);
+  data.coarse_ready = true;
+  return data.coarse;
+}
+
+void CoarseStage::Analyze(const WorkingImage& image,
+                          const ImageNoise& noise,
+                          FrameSpectrum::Coarse& data) {
+  std::copy_n(image.grey.data(), image.grey.size(), reduced_.data());
+  const std::vector<float> fading =
+      image.mask.empty() ? std::vector<float>() : FadingMask(image.mask);
   LocalMean();
   if (LimitLamps(fading)) LocalMean();
   FadeToMean(mask_);
@@ -161,9 +173,10 @@ void CoarseStage::Analyze(const cv::Mat& grey,
                                                    work_.height,
                                                    data.flat.data(),
                                                    windowed_.data());
-  data.contrast =
-      overexposed ? 0 : static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
-  data.noise = MakeNoise(white_noise);
+  data.contrast = image.overexposed
+                      ? 0
+                      : static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
+  data.noise = noise;
   data.spectrum.Resize(poc_.SpectrumSize());
   poc_.Transform(windowed_, data.spectrum);
   data.rings.Resize(polar_.RingSpectrumSize());

@@ -41,13 +41,14 @@ class CoarseStage {
 
   [[nodiscard]] cv::Size WorkingSize() const { return work_; }
 
-  /// Fills the data of the coarse stage: flat, spectrum, rings, noise and contrast.
-  /// @param grey  CV_8UC1, checked by the caller. @param mask  CV_8UC1 of the same size, 0 where
-  /// this image has no content in addition to the common mask; empty: none.
-  void Analyze(const cv::Mat& grey,
-               float white_noise,
-               FrameSpectrum::Coarse& data,
-               const cv::Mat& mask = {});
+  /// @param grey  CV_8UC1, checked by the caller. @param mask  WorkingImage::mask; is copied.
+  void Reduce(const cv::Mat& grey, const cv::Mat& mask, WorkingImage& image) const;
+
+  /// Fills the data of the coarse stage. @param noise  of the image at full resolution.
+  void Analyze(const WorkingImage& image, const ImageNoise& noise, FrameSpectrum::Coarse& data);
+
+  /// The coarse part of an image; analysed at the first call, thread-safe.
+  const FrameSpectrum::Coarse& Of(FrameSpectrum::Data& data);
 
   /// Possible motions, best score first; may be empty.
   /// @param near  Only rotations within this range are tried, which takes half the time when it
@@ -60,7 +61,6 @@ class CoarseStage {
  private:
   [[nodiscard]] std::vector<float> FadingMask(const cv::Mat& mask) const;
   void LocalMean();
-  [[nodiscard]] bool IsOverexposed() const;
   bool LimitLamps(const std::vector<float>& fading);
   void FadeToMean(const std::vector<float>& weights);
   /// The current image after the inverse of a rotation and a scale.

@@ -7,14 +7,12 @@
 
 namespace ceilmap::registration {
 
-Registration DepthSearch::Find(const ImageParts& reference_parts,
+Registration DepthSearch::Find(FrameSpectrum::Data& reference,
                                const heights::HeightField& given,
-                               const ImageParts& current_parts,
+                               FrameSpectrum::Data& current,
                                const std::optional<MotionPrior>& prior,
                                const std::optional<ImageMotion>& start) {
   const heights::HeightField known = depth_.OnGrid(given);
-  FrameSpectrum::Fine& reference = reference_parts.fine;
-  FrameSpectrum::Fine& current = current_parts.fine;
   fine_.PrepareReference(reference);
   depth_.PrepareReference(reference);
   constexpr double kReachPx = 30;
@@ -39,7 +37,7 @@ Registration DepthSearch::Find(const ImageParts& reference_parts,
       best.runner_up = std::max(best.runner_up, found.peak);
     }
   };
-  verify(coarse_.Propose(*reference_parts.coarse, *current_parts.coarse, false, near));
+  verify(coarse_.Propose(coarse_.Of(reference), coarse_.Of(current), false, near));
   if (!best.ok() && params_.local_features) {
     verify(fine_.ProposeByFeatures(reference, current, &known));
   }

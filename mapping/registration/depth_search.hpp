@@ -20,12 +20,11 @@ class DepthSearch {
               const RegistrarParams& params)
       : coarse_(coarse), fine_(fine), depth_(depth), params_(params) {}
 
-  /// @param known  Heights of the reference, on any grid.
-  /// @param reference, current  with their coarse part. @param start  A motion near which the true
-  /// one may be, as the prior's.
-  Registration Find(const ImageParts& reference,
+  /// @param known  Heights of the reference, on any grid. @param start  A motion near which the
+  /// true one may be, as the prior's.
+  Registration Find(FrameSpectrum::Data& reference,
                     const heights::HeightField& known,
-                    const ImageParts& current,
+                    FrameSpectrum::Data& current,
                     const std::optional<MotionPrior>& prior,
                     const std::optional<ImageMotion>& start);
 

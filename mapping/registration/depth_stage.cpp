@@ -85,8 +85,8 @@ DepthStage::DepthStage(cv::Size size, const RegistrarParams& params)
   unknown_.cells.assign(static_cast<std::size_t>(cells), heights::kUnknown);
 }
 
-void DepthStage::PrepareReference(FrameSpectrum::Fine& data) {
-  const std::scoped_lock lock(data.blocks_mutex);
+void DepthStage::PrepareReference(FrameSpectrum::Data& data) {
+  const std::scoped_lock lock(data.mutex);
   if (data.small_ready) return;
   small_.PrepareReference(data.fine);
   data.small_ready = true;
@@ -96,9 +96,9 @@ ImageMotion DepthStage::OnFine(const PlaneMotion& motion) const {
   return motion.ToSimilarity(fine_camera_);
 }
 
-DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
+DepthFit DepthStage::FitRough(const FrameSpectrum::Data& reference,
                               const heights::HeightField& known,
-                              const FrameSpectrum::Fine& current,
+                              const FrameSpectrum::Data& current,
                               const PlaneMotion& start,
                               bool fit_tilt) {
   const auto chosen = rough_.Select(
@@ -125,9 +125,9 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Fine& reference,
 }
 
 /// Measures blocks where `known` predicts them, with its heights as the priors of a fit.
-void DepthStage::MeasureSmall(const FrameSpectrum::Fine& reference,
+void DepthStage::MeasureSmall(const FrameSpectrum::Data& reference,
                               const heights::HeightField& known,
-                              const FrameSpectrum::Fine& current,
+                              const FrameSpectrum::Data& current,
                               const PlaneMotion& motion,
                               const std::vector<int>& chosen,
                               std::vector<PlaneShift>& shifts,
@@ -228,9 +228,9 @@ double DepthStage::ScaleToReference(double travel_px, heights::HeightField& fiel
   return *rho;
 }
 
-bool DepthStage::FitSmall(const FrameSpectrum::Fine& reference,
+bool DepthStage::FitSmall(const FrameSpectrum::Data& reference,
                           const heights::HeightField& known,
-                          const FrameSpectrum::Fine& current,
+                          const FrameSpectrum::Data& current,
                           bool fit_tilt,
                           DepthFit& fit,
                           heights::HeightField& field) {
@@ -252,9 +252,9 @@ bool DepthStage::FitSmall(const FrameSpectrum::Fine& reference,
   return true;
 }
 
-bool DepthStage::Fit(const FrameSpectrum::Fine& reference,
+bool DepthStage::Fit(const FrameSpectrum::Data& reference,
                      const heights::HeightField& known,
-                     const FrameSpectrum::Fine& current,
+                     const FrameSpectrum::Data& current,
                      const PlaneMotion& start,
                      bool fit_tilt,
                      DepthFit& fit,
@@ -264,9 +264,9 @@ bool DepthStage::Fit(const FrameSpectrum::Fine& reference,
          FitSmall(reference, known, current, fit_tilt, fit, field);
 }
 
-Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
+Registration DepthStage::Match(const FrameSpectrum::Data& reference,
                                const heights::HeightField& known,
-                               const FrameSpectrum::Fine& current,
+                               const FrameSpectrum::Data& current,
                                const ImageMotion& start) {
   Registration result;
   result.motion = start;
@@ -299,9 +299,9 @@ Registration DepthStage::Match(const FrameSpectrum::Fine& reference,
   return result;
 }
 
-PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Fine& reference,
+PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Data& reference,
                                  const heights::HeightField& known,
-                                 const FrameSpectrum::Fine& current,
+                                 const FrameSpectrum::Data& current,
                                  const PlaneMotion& start) {
   PlaneFit result;
   result.motion = start;
@@ -337,9 +337,9 @@ heights::HeightField DepthStage::OnGrid(const heights::HeightField& known) const
   return heights::Predict(known, unknown_, [](const Eigen::Vector2d& x, double) { return x; });
 }
 
-std::vector<PlaneShift> DepthStage::Measure(const FrameSpectrum::Fine& reference,
+std::vector<PlaneShift> DepthStage::Measure(const FrameSpectrum::Data& reference,
                                             const heights::HeightField& known,
-                                            const FrameSpectrum::Fine& current,
+                                            const FrameSpectrum::Data& current,
                                             const PlaneMotion& motion,
                                             int count) {
   auto chosen = small_.Select(reference.fine, current.fine, OnFine(motion), count);
@@ -357,9 +357,9 @@ std::vector<PlaneShift> DepthStage::Measure(const FrameSpectrum::Fine& reference
   return shifts;
 }
 
-heights::HeightField DepthStage::Refined(const FrameSpectrum::Fine& reference,
+heights::HeightField DepthStage::Refined(const FrameSpectrum::Data& reference,
                                          const heights::HeightField& known,
-                                         const FrameSpectrum::Fine& other,
+                                         const FrameSpectrum::Data& other,
                                          const ImageMotion& motion) {
   const PlaneMotion plane = PlaneMotion::FromSimilarity(camera_, motion);
   const auto chosen = small_.Select(reference.fine, other.fine, OnFine(plane), small_.GridSize());

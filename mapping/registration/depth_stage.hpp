@@ -22,21 +22,21 @@ class DepthStage {
   DepthStage(cv::Size size, const RegistrarParams& params);
 
   /// Prepares `data` as a reference; once, thread-safe. FineStage::PrepareReference comes first.
-  void PrepareReference(FrameSpectrum::Fine& data);
+  void PrepareReference(FrameSpectrum::Data& data);
 
   /// The grid of cells, one for each small block; all unknown.
   [[nodiscard]] const heights::HeightField& Unknown() const { return unknown_; }
 
   /// Result: kOk or kNoMatch; `peak` and `heights` are set.
-  Registration Match(const FrameSpectrum::Fine& reference,
+  Registration Match(const FrameSpectrum::Data& reference,
                      const heights::HeightField& known,
-                     const FrameSpectrum::Fine& current,
+                     const FrameSpectrum::Data& current,
                      const ImageMotion& start);
 
   /// The motion with tilt, from one that is known to about 16 pixels.
-  PlaneFit MatchTilted(const FrameSpectrum::Fine& reference,
+  PlaneFit MatchTilted(const FrameSpectrum::Data& reference,
                        const heights::HeightField& known,
-                       const FrameSpectrum::Fine& current,
+                       const FrameSpectrum::Data& current,
                        const PlaneMotion& start);
 
   /// Heights on the grid of this stage: those of a map file may be on another one.
@@ -44,16 +44,16 @@ class DepthStage {
 
   /// Places of blocks whose heights are known, where `motion` and the heights predict them; in
   /// pixels of the full images, from their centres. @param count  Maximum number of blocks.
-  std::vector<PlaneShift> Measure(const FrameSpectrum::Fine& reference,
+  std::vector<PlaneShift> Measure(const FrameSpectrum::Data& reference,
                                   const heights::HeightField& known,
-                                  const FrameSpectrum::Fine& current,
+                                  const FrameSpectrum::Data& current,
                                   const PlaneMotion& motion,
                                   int count);
 
   /// `known`, refined by another image whose motion is known.
-  heights::HeightField Refined(const FrameSpectrum::Fine& reference,
+  heights::HeightField Refined(const FrameSpectrum::Data& reference,
                                const heights::HeightField& known,
-                               const FrameSpectrum::Fine& other,
+                               const FrameSpectrum::Data& other,
                                const ImageMotion& motion);
 
   /// The heights of the current image, from those of the reference.
@@ -61,29 +61,29 @@ class DepthStage {
                                                const ImageMotion& motion) const;
 
  private:
-  DepthFit FitRough(const FrameSpectrum::Fine& reference,
+  DepthFit FitRough(const FrameSpectrum::Data& reference,
                     const heights::HeightField& known,
-                    const FrameSpectrum::Fine& current,
+                    const FrameSpectrum::Data& current,
                     const PlaneMotion& start,
                     bool fit_tilt);
   /// Measures and fits at full resolution from fit.motion; `field` takes the heights.
-  bool FitSmall(const FrameSpectrum::Fine& reference,
+  bool FitSmall(const FrameSpectrum::Data& reference,
                 const heights::HeightField& known,
-                const FrameSpectrum::Fine& current,
+                const FrameSpectrum::Data& current,
                 bool fit_tilt,
                 DepthFit& fit,
                 heights::HeightField& field);
   /// FitRough from `start`, then FitSmall. @return false where too few blocks agree.
-  bool Fit(const FrameSpectrum::Fine& reference,
+  bool Fit(const FrameSpectrum::Data& reference,
            const heights::HeightField& known,
-           const FrameSpectrum::Fine& current,
+           const FrameSpectrum::Data& current,
            const PlaneMotion& start,
            bool fit_tilt,
            DepthFit& fit,
            heights::HeightField& field);
-  void MeasureSmall(const FrameSpectrum::Fine& reference,
+  void MeasureSmall(const FrameSpectrum::Data& reference,
                     const heights::HeightField& known,
-                    const FrameSpectrum::Fine& current,
+                    const FrameSpectrum::Data& current,
                     const PlaneMotion& motion,
                     const std::vector<int>& chosen,
                     std::vector<PlaneShift>& shifts,

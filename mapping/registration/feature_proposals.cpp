@@ -26,8 +26,8 @@ constexpr int kDepthSearch = 8;  // rough pixels
 
 }  // namespace
 
-const LocalFeatures& FineStage::FeaturesOf(FrameSpectrum::Fine& data) const {
-  const std::scoped_lock lock(data.blocks_mutex);
+const LocalFeatures& FineStage::FeaturesOf(FrameSpectrum::Data& data) const {
+  const std::scoped_lock lock(data.mutex);
   if (!data.features_ready) {
     data.features = DetectFeatures(data.rough, rough_frame_.size, rough_.BlankOf(data.rough));
     data.features_ready = true;
@@ -35,8 +35,8 @@ const LocalFeatures& FineStage::FeaturesOf(FrameSpectrum::Fine& data) const {
   return data.features;
 }
 
-std::vector<Hypothesis> FineStage::ProposeByFeatures(FrameSpectrum::Fine& reference,
-                                                     FrameSpectrum::Fine& current,
+std::vector<Hypothesis> FineStage::ProposeByFeatures(FrameSpectrum::Data& reference,
+                                                     FrameSpectrum::Data& current,
                                                      const heights::HeightField* known) const {
   const LocalFeatures& from = FeaturesOf(reference);
   FeatureHeights heights;
@@ -60,8 +60,8 @@ std::vector<Hypothesis> FineStage::ProposeByFeatures(FrameSpectrum::Fine& refere
   return hypotheses;
 }
 
-bool FineStage::FeaturesAreSound(const FrameSpectrum::Fine& reference,
-                                 const FrameSpectrum::Fine& current,
+bool FineStage::FeaturesAreSound(const FrameSpectrum::Data& reference,
+                                 const FrameSpectrum::Data& current,
                                  const Candidate& candidate,
                                  Finalist& finalist) {
   const FeatureEvidence& features = candidate.features;
@@ -79,8 +79,8 @@ bool FineStage::FeaturesAreSound(const FrameSpectrum::Fine& reference,
 
 /// The blocks' distances from the common motion are errors of that motion: they are added to the
 /// covariance.
-bool FineStage::AgreesUpToDepth(const FrameSpectrum::Fine& reference,
-                                const FrameSpectrum::Fine& current,
+bool FineStage::AgreesUpToDepth(const FrameSpectrum::Data& reference,
+                                const FrameSpectrum::Data& current,
                                 Finalist& finalist) {
   Registration& result = finalist.result;
   MeasureRough(

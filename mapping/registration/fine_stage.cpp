@@ -72,34 +72,30 @@ FineStage::FineStage(cv::Size size, const RegistrarParams& params)
             {kFineBlockPx},
             params.same_recording) {}
 
-void FineStage::Analyze(const cv::Mat& grey,
-                        float white_noise,
-                        FrameSpectrum::Fine& data,
-                        const cv::Mat& mask) const {
-  data.noise = MakeNoise(white_noise);
+void FineStage::Analyze(const cv::Mat& grey, const cv::Mat& mask, FrameSpectrum::Data& data) const {
   FillLevel(grey, fine_frame_.factor, fine_frame_.size, data.noise, data.fine);
   FillLevel(grey, 2 * fine_frame_.factor, rough_frame_.size, data.noise, data.rough);
   fine_.TakeMask(LevelMask(mask, fine_frame_.size), data.fine);
   rough_.TakeMask(LevelMask(mask, rough_frame_.size), data.rough);
 }
 
-void FineStage::PrepareReference(FrameSpectrum::Fine& data) {
+void FineStage::PrepareReference(FrameSpectrum::Data& data) {
   PrepareFine(data);
-  const std::scoped_lock lock(data.blocks_mutex);
+  const std::scoped_lock lock(data.mutex);
   if (data.rough_ready) return;
   rough_.PrepareReference(data.rough);
   data.rough_ready = true;
 }
 
-void FineStage::PrepareFine(FrameSpectrum::Fine& data) {
-  const std::scoped_lock lock(data.blocks_mutex);
+void FineStage::PrepareFine(FrameSpectrum::Data& data) {
+  const std::scoped_lock lock(data.mutex);
   if (data.fine_ready) return;
   fine_.PrepareReference(data.fine);
   data.fine_ready = true;
 }
 
-void FineStage::MeasureRough(const FrameSpectrum::Fine& reference,
-                             const FrameSpectrum::Fine& current,
+void FineStage::MeasureRough(const FrameSpectrum::Data& reference,
+                             const FrameSpectrum::Data& current,
                              const ImageMotion& motion,
                              int count,
                              int search_px) {
@@ -112,8 +108,8 @@ void FineStage::MeasureRough(const FrameSpectrum::Fine& reference,
   }
 }
 
-void FineStage::MeasureFine(const FrameSpectrum::Fine& reference,
-                            const FrameSpectrum::Fine& current,
+void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
+                            const FrameSpectrum::Data& current,
                             const ImageMotion& motion,
                             int count) {
   const auto chosen = fine_.Select(reference.fine, current.fine, motion, count);
@@ -128,8 +124,8 @@ bool FineStage::Reaches(const ImageMotion& start, const ImageMotion& motion) con
          std::abs(WrapAngle(start.theta_rad - motion.theta_rad)) < kReachRad;
 }
 
-Candidate FineStage::Test(const FrameSpectrum::Fine& reference,
-                          const FrameSpectrum::Fine& current,
+Candidate FineStage::Test(const FrameSpectrum::Data& reference,
+                          const FrameSpectrum::Data& current,
                           const Hypothesis& hypothesis) {
   Candidate candidate;
   candidate.motion = hypothesis.motion;
@@ -167,8 +163,8 @@ bool FineStage::FitShifts(Finalist& finalist) const {
   return true;
 }
 
-void FineStage::LastRounds(const FrameSpectrum::Fine& reference,
-                           const FrameSpectrum::Fine& current,
+void FineStage::LastRounds(const FrameSpectrum::Data& reference,
+                           const FrameSpectrum::Data& current,
                            Finalist& finalist) {
   Registration& result = finalist.result;
   MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
@@ -194,8 +190,8 @@ void FineStage::LastRounds(const FrameSpectrum::Fine& reference,
 /// one end, their residuals are small although the motion is wrong; but the images do not fit. For
 /// simulated blurs of 5 to 29 px errors were up to 1.3 px with a dissimilarity of 1.74, 2.2 px with
 /// 1.87, 3.9 px with 2.0 and 10 px with 2.6.
-void FineStage::InflateBlurCovariance(const FrameSpectrum::Fine& reference,
-                                      const FrameSpectrum::Fine& current,
+void FineStage::InflateBlurCovariance(const FrameSpectrum::Data& reference,
+                                      const FrameSpectrum::Data& current,
                                       Finalist& finalist) {
   if (!finalist.blurred) return;
   Compare(reference, current, finalist);
@@ -204,8 +200,8 @@ void FineStage::InflateBlurCovariance(const FrameSpectrum::Fine& reference,
   finalist.result.covariance.diagonal().head<2>().array() += sigma_px * sigma_px;
 }
 
-Finalist FineStage::Refine(const FrameSpectrum::Fine& reference,
-                           const FrameSpectrum::Fine& current,
+Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
+                           const FrameSpectrum::Data& current,
                            const Candidate& candidate) {
   Finalist finalist;
   Registration& result = finalist.result;
@@ -230,8 +226,8 @@ Finalist FineStage::Refine(const FrameSpectrum::Fine& reference,
   return finalist;
 }
 
-bool FineStage::IsSound(const FrameSpectrum::Fine& reference,
-                        const FrameSpectrum::Fine& current,
+bool FineStage::IsSound(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
                         const Candidate& candidate,
                         Finalist& finalist) {
   const Registration& r = finalist.result;
@@ -279,21 +275,21 @@ bool FineStage::IsAlike(const Finalist& finalist,
          dissimilarity.Quantile(kFifth) < kMaxPartialDissimilarity;
 }
 
-void FineStage::Compare(const FrameSpectrum::Fine& reference,
-                        const FrameSpectrum::Fine& current,
+void FineStage::Compare(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
                         Finalist& finalist) {
   if (finalist.dissimilarity.blocks > 0) return;
   finalist.dissimilarity = Compare(reference, current, finalist.result.motion);
 }
 
-Dissimilarity FineStage::Compare(const FrameSpectrum::Fine& reference,
-                                 const FrameSpectrum::Fine& current,
+Dissimilarity FineStage::Compare(const FrameSpectrum::Data& reference,
+                                 const FrameSpectrum::Data& current,
                                  const ImageMotion& motion) {
   return CompareRough(
       reference, current, motion, WhitePower(reference.rough.noise, current.rough.noise));
 }
 
-double FineStage::TexturedRatio(FrameSpectrum::Fine& data) {
+double FineStage::TexturedRatio(FrameSpectrum::Data& data) {
   PrepareFine(data);
   int textured = 0;
   int blocks = 0;
@@ -305,8 +301,8 @@ double FineStage::TexturedRatio(FrameSpectrum::Fine& data) {
   return blocks > 0 ? static_cast<double>(textured) / blocks : 0;
 }
 
-double FineStage::TellingRatio(const FrameSpectrum::Fine& reference,
-                               const FrameSpectrum::Fine& current,
+double FineStage::TellingRatio(const FrameSpectrum::Data& reference,
+                               const FrameSpectrum::Data& current,
                                const ImageMotion& motion) {
   const Dissimilarity there = Compare(reference, current, motion);
   const double away_px = kTellingShiftPx * fine_frame_.factor;
@@ -333,16 +329,16 @@ double FineStage::TellingRatio(const FrameSpectrum::Fine& reference,
   return blocks > 0 ? static_cast<double>(telling) / blocks : 0;
 }
 
-Dissimilarity FineStage::CompareRough(const FrameSpectrum::Fine& reference,
-                                      const FrameSpectrum::Fine& current,
+Dissimilarity FineStage::CompareRough(const FrameSpectrum::Data& reference,
+                                      const FrameSpectrum::Data& current,
                                       const ImageMotion& motion,
                                       double noise_power) {
   const ImageMotion rough = rough_frame_.FromFull(fine_frame_.FromFull(motion));
   return rough_.Compare(reference.rough, current.rough, rough, noise_power);
 }
 
-PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
-                                const FrameSpectrum::Fine& current,
+PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
+                                const FrameSpectrum::Data& current,
                                 const PlaneCamera& camera,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
@@ -351,8 +347,8 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Fine& reference,
   return measurement.Fit(start, params, rounds, params_.final_blocks);
 }
 
-std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Fine& reference,
-                                                const FrameSpectrum::Fine& current,
+std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Data& reference,
+                                                const FrameSpectrum::Data& current,
                                                 const PlaneCamera& camera,
                                                 const PlaneMotion& motion,
                                                 int count) {

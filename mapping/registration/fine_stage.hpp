@@ -51,104 +51,101 @@ class FineStage {
  public:
   FineStage(cv::Size size, const RegistrarParams& params);
 
-  /// Fills the levels of `data`. @param grey  CV_8UC1. @param white_noise  EstimateNoise.
-  /// @param mask  See CoarseStage::Analyze.
-  void Analyze(const cv::Mat& grey,
-               float white_noise,
-               FrameSpectrum::Fine& data,
-               const cv::Mat& mask = {}) const;
+  /// Fills the levels of `data`, whose noise is known. @param grey  CV_8UC1. @param mask
+  /// WorkingImage::mask.
+  void Analyze(const cv::Mat& grey, const cv::Mat& mask, FrameSpectrum::Data& data) const;
   /// Prepares `data` as a reference; once, thread-safe.
-  void PrepareReference(FrameSpectrum::Fine& data);
+  void PrepareReference(FrameSpectrum::Data& data);
   /// The same for RefinePlane only.
-  void PrepareFine(FrameSpectrum::Fine& data);
+  void PrepareFine(FrameSpectrum::Data& data);
 
   /// Motions on which local features of the images agree (MotionsOfFeatures); computes and keeps
   /// the features of an image once, thread-safe.
   /// @param known  Heights of the reference; nullptr: the ceiling is one plane.
-  std::vector<Hypothesis> ProposeByFeatures(FrameSpectrum::Fine& reference,
-                                            FrameSpectrum::Fine& current,
+  std::vector<Hypothesis> ProposeByFeatures(FrameSpectrum::Data& reference,
+                                            FrameSpectrum::Data& current,
                                             const heights::HeightField* known = nullptr) const;
 
   /// True when Test would find the motion, starting at this one.
   [[nodiscard]] bool Reaches(const ImageMotion& start, const ImageMotion& motion) const;
   /// True when blocks agree on a motion near the hypothesis (within 16 fine pixels and about 3
   /// degrees).
-  Candidate Test(const FrameSpectrum::Fine& reference,
-                 const FrameSpectrum::Fine& current,
+  Candidate Test(const FrameSpectrum::Data& reference,
+                 const FrameSpectrum::Data& current,
                  const Hypothesis& hypothesis);
   /// Refines a candidate to full accuracy; its result is kOk when it is accepted (RegistrarParams),
   /// else kNoMatch.
-  Finalist Refine(const FrameSpectrum::Fine& reference,
-                  const FrameSpectrum::Fine& current,
+  Finalist Refine(const FrameSpectrum::Data& reference,
+                  const FrameSpectrum::Data& current,
                   const Candidate& candidate);
   /// Fills the dissimilarity of a finalist, in full pixels, unless it is already known.
-  void Compare(const FrameSpectrum::Fine& reference,
-               const FrameSpectrum::Fine& current,
+  void Compare(const FrameSpectrum::Data& reference,
+               const FrameSpectrum::Data& current,
                Finalist& finalist);
 
   /// Registrar::Compare.
-  Dissimilarity Compare(const FrameSpectrum::Fine& reference,
-                        const FrameSpectrum::Fine& current,
+  Dissimilarity Compare(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
                         const ImageMotion& motion);
 
   /// Registrar::TexturedRatio. Prepares the fine blocks of the image.
-  double TexturedRatio(FrameSpectrum::Fine& data);
+  double TexturedRatio(FrameSpectrum::Data& data);
 
   /// Registrar::TellingRatio.
-  double TellingRatio(const FrameSpectrum::Fine& reference,
-                      const FrameSpectrum::Fine& current,
+  double TellingRatio(const FrameSpectrum::Data& reference,
+                      const FrameSpectrum::Data& current,
                       const ImageMotion& motion);
 
   /// PlaneMeasurement::Fit with blocks of the fine level.
-  PlaneFit RefinePlane(const FrameSpectrum::Fine& reference,
-                       const FrameSpectrum::Fine& current,
+  PlaneFit RefinePlane(const FrameSpectrum::Data& reference,
+                       const FrameSpectrum::Data& current,
                        const PlaneCamera& camera,
                        const PlaneMotion& start,
                        const PlaneFitParams& params,
                        int rounds);
 
   /// PlaneMeasurement::Measure with blocks of the fine level.
-  std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Fine& reference,
-                                       const FrameSpectrum::Fine& current,
+  std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Data& reference,
+                                       const FrameSpectrum::Data& current,
                                        const PlaneCamera& camera,
                                        const PlaneMotion& motion,
                                        int count);
 
  private:
-  const LocalFeatures& FeaturesOf(FrameSpectrum::Fine& data) const;
-  bool FeaturesAreSound(const FrameSpectrum::Fine& reference,
-                        const FrameSpectrum::Fine& current,
+  const LocalFeatures& FeaturesOf(FrameSpectrum::Data& data) const;
+  bool FeaturesAreSound(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
                         const Candidate& candidate,
                         Finalist& finalist);
-  bool AgreesUpToDepth(const FrameSpectrum::Fine& reference,
-                       const FrameSpectrum::Fine& current,
+  bool AgreesUpToDepth(const FrameSpectrum::Data& reference,
+                       const FrameSpectrum::Data& current,
                        Finalist& finalist);
   [[nodiscard]] bool IsAlike(const Finalist& finalist,
                              const Dissimilarity& dissimilarity,
                              bool agreed) const;
-  Dissimilarity CompareRough(const FrameSpectrum::Fine& reference,
-                             const FrameSpectrum::Fine& current,
+  Dissimilarity CompareRough(const FrameSpectrum::Data& reference,
+                             const FrameSpectrum::Data& current,
                              const ImageMotion& motion,
                              double noise_power);
-  void MeasureRough(const FrameSpectrum::Fine& reference,
-                    const FrameSpectrum::Fine& current,
+  void MeasureRough(const FrameSpectrum::Data& reference,
+                    const FrameSpectrum::Data& current,
                     const ImageMotion& motion,
                     int count,
                     int search_px);
-  void MeasureFine(const FrameSpectrum::Fine& reference,
-                   const FrameSpectrum::Fine& current,
+  void MeasureFine(const FrameSpectrum::Data& reference,
+                   const FrameSpectrum::Data& current,
                    const ImageMotion& motion,
                    int count);
   bool FitShifts(Finalist& finalist) const;
-  bool IsSound(const FrameSpectrum::Fine& reference,
-               const FrameSpectrum::Fine& current,
+  bool IsSound(const FrameSpectrum::Data& reference,
+               const FrameSpectrum::Data& current,
                const Candidate& candidate,
                Finalist& finalist);
-  void InflateBlurCovariance(const FrameSpectrum::Fine& reference,
-                             const FrameSpectrum::Fine& current,
+  void InflateBlurCovariance(const FrameSpectrum::Data& reference,
+                             const FrameSpectrum::Data& current,
                              Finalist& finalist);
-  void LastRounds(const FrameSpectrum::Fine& reference,
-                  const FrameSpectrum::Fine& current,
+  void LastRounds(const FrameSpectrum::Data& reference,
+                  const FrameSpectrum::Data& current,
                   Finalist& finalist);
 
   RegistrarParams params_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "mapping/registration/fft.hpp"
@@ -31,6 +32,15 @@ struct Level {
   std::vector<ReferenceBlock> small_blocks;  ///< of the grid of DepthStage; only of its reference
 };
 
+/// What CoarseStage::Analyze needs of an image.
+struct WorkingImage {
+  RealArray grey;  ///< grey levels, reduced, row-major
+  /// CV_8UC1 of the full image's size, 0 where it has no content in addition to the common mask;
+  /// empty: it has content everywhere.
+  cv::Mat mask;
+  bool overexposed = false;  ///< most of it is white: what is left shows too little
+};
+
 /// Data of a FrameSpectrum for the coarse stage. Immutable once computed.
 struct FrameSpectrum::Coarse {
   RealArray flat;         ///< coarse working image: reduced, local mean removed
@@ -40,17 +50,20 @@ struct FrameSpectrum::Coarse {
   float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed images
 };
 
-/// Data of a FrameSpectrum for the fine stage. Immutable once computed, except for the levels'
-/// blocks and the features, which the first registration that needs them computes once, under the
-/// lock.
-struct FrameSpectrum::Fine {
-  ImageNoise noise;       ///< of the image at full resolution
-  bool impulses = false;  ///< the image has impulse noise, which was removed (WithoutImpulses)
-  Level fine;             ///< the image, reduced if it is very large (FineStage)
-  Level rough;            ///< half the resolution of `fine`
-  Level broad;            ///< half the resolution of `rough`; of JointStage
+/// All data of a FrameSpectrum. Immutable once computed, except for what not every image needs: the
+/// coarse part, the levels' blocks and the features. The first registration that needs them
+/// computes them once, under the lock.
+struct FrameSpectrum::Data {
+  ImageNoise noise;  ///< of the image at full resolution, without impulse noise (WithoutImpulses)
+  WorkingImage working;
+  Level fine;   ///< the image, reduced if it is very large (FineStage)
+  Level rough;  ///< half the resolution of `fine`
+  Level broad;  ///< half the resolution of `rough`; of JointStage
 
-  std::mutex blocks_mutex;
+  std::mutex mutex;  ///< of all below and the blocks of the levels
+  Coarse coarse;     ///< CoarseStage::Of
+  bool coarse_ready = false;
+  std::optional<bool> unique;  ///< PlaneSearch::IsUnique
   bool rough_ready = false;
   bool fine_ready = false;
   bool small_ready = false;

@@ -85,8 +85,8 @@ JointStage::JointStage(cv::Size size, const RegistrarParams& params)
               params.same_recording),
       principal_px_(frame_.CameraOf(params.camera).principal_px) {}
 
-void JointStage::Prepare(FrameSpectrum::Fine& data) {
-  const std::scoped_lock lock(data.blocks_mutex);
+void JointStage::Prepare(FrameSpectrum::Data& data) {
+  const std::scoped_lock lock(data.mutex);
   if (data.broad_ready) return;
   Level& broad = data.broad;
   broad.grey.Resize(static_cast<std::size_t>(frame_.size.area()));

@@ -33,13 +33,13 @@ class JointStage {
   /// Two prepared images, and the heights of the reference; nullptr: all of it is at the height of
   /// the reference plane.
   struct Images {
-    const FrameSpectrum::Fine& reference;
-    const FrameSpectrum::Fine& current;
+    const FrameSpectrum::Data& reference;
+    const FrameSpectrum::Data& current;
     const heights::HeightField* heights = nullptr;
   };
 
   /// Fills data.broad from data.rough, and prepares it as a reference; once, thread-safe.
-  void Prepare(FrameSpectrum::Fine& data);
+  void Prepare(FrameSpectrum::Data& data);
 
   /// The motion near the prior that has most evidence, the prior's own included. The covariance is
   /// that of the images and of the heights: large in directions that the images do not determine,

@@ -10,10 +10,24 @@ namespace {
 // Rivals remain unless the images speak against them by so many nats.
 constexpr double kMinEvidence = 4.5;
 
+// With less in common, an expected motion is not tested.
+constexpr double kMinExpectedOverlap = 0.25;
+
+// FindNear: a sharp prior, fine pixels. The test of a motion with blocks reaches 16.
+constexpr double kSharpPx = 6;
+// What it finds is within so many standard deviations of the prior.
+constexpr double kNearSigmas = 3;
+// Rotations that a prior leaves open.
+constexpr double kOpenRad = 0.65;
+// A part of an image that agrees with another part by this fraction of the agreement with itself
+// resembles it: half of what makes a rival (kRivalRatio), because noise lowers the agreement of two
+// images, with either part.
+constexpr double kResemblance = 0.35;
+
 }  // namespace
 
-Registration PlaneSearch::Choose(const FrameSpectrum::Fine& reference,
-                                 const FrameSpectrum::Fine& current,
+Registration PlaneSearch::Choose(const FrameSpectrum::Data& reference,
+                                 const FrameSpectrum::Data& current,
                                  const std::vector<Finalist>& finalists,
                                  const std::optional<MotionPrior>& prior) {
   std::vector<Finalist> rivals = Rivals(finalists, kRivalRatio);
@@ -45,6 +59,56 @@ Registration PlaneSearch::Choose(const FrameSpectrum::Fine& reference,
   return result;
 }
 
+bool PlaneSearch::ResemblesItself(FrameSpectrum::Data& image) {
+  const FrameSpectrum::Coarse& coarse = coarse_.Of(image);
+  fine_.PrepareReference(image);
+  std::vector<Candidate> others;
+  double itself = 0;
+  for (const Hypothesis& hypothesis :
+       coarse_.Propose(coarse, coarse, false, RotationRange{0, kOpenRad})) {
+    const Candidate candidate = fine_.Test(image, image, hypothesis);
+    if (Differ(candidate.motion, {})) {
+      others.push_back(candidate);
+    } else {
+      itself = std::max(itself, candidate.Agreement());
+    }
+  }
+  return std::any_of(others.begin(), others.end(), [itself](const Candidate& other) {
+    return other.Agreement() >= kResemblance * itself;
+  });
+}
+
+bool PlaneSearch::IsUnique(FrameSpectrum::Data& image) {
+  {
+    const std::scoped_lock lock(image.mutex);
+    if (image.unique) return *image.unique;
+  }
+  const bool unique = !ResemblesItself(image);
+  const std::scoped_lock lock(image.mutex);
+  image.unique = unique;
+  return unique;
+}
+
+Registration PlaneSearch::FindNear(FrameSpectrum::Data& reference,
+                                   const FrameSpectrum::Data& current,
+                                   const MotionPrior& prior) {
+  const bool encoded = reference.noise.IsEncoded() || current.noise.IsEncoded();
+  const bool overexposed = reference.working.overexposed || current.working.overexposed;
+  if (prior.sigma_px > kSharpPx * FineFactor(size_) || encoded || overexposed) return {};
+  Hypothesis expected;
+  expected.motion = prior.motion;
+  expected.overlap = OverlapOf(prior.motion, size_);
+  expected.peak = params_.refine_poc_peak;
+  if (expected.overlap < kMinExpectedOverlap || !IsUnique(reference)) return {};
+  fine_.PrepareReference(reference);
+  const Finalist finalist =
+      fine_.Refine(reference, current, fine_.Test(reference, current, expected));
+  Registration result = finalist.result;
+  result.peak = finalist.agreement;
+  const bool near = PriorDistance2(prior, result.motion) < kNearSigmas * kNearSigmas;
+  return near ? result : Registration{};
+}
+
 /// On a periodic ceiling the motions with the most overlap come first, and the expected one may not
 /// be among them.
 void PlaneSearch::AddExpected(const MotionPrior& prior, std::vector<Hypothesis>& hypotheses) const {
@@ -56,14 +120,13 @@ void PlaneSearch::AddExpected(const MotionPrior& prior, std::vector<Hypothesis>&
   Hypothesis expected = hypotheses.front();
   expected.motion = prior.motion;
   expected.overlap = OverlapOf(prior.motion, size_);
-  constexpr double kMinOverlap = 0.25;
-  if (expected.overlap > kMinOverlap) hypotheses.push_back(expected);
+  if (expected.overlap > kMinExpectedOverlap) hypotheses.push_back(expected);
 }
 
 /// Tests the hypotheses with blocks, refines the best ones and chooses among them.
 /// @param hypotheses  not empty.
-Registration PlaneSearch::Verify(FrameSpectrum::Fine& reference,
-                                 const FrameSpectrum::Fine& current,
+Registration PlaneSearch::Verify(FrameSpectrum::Data& reference,
+                                 const FrameSpectrum::Data& current,
                                  const std::vector<Hypothesis>& hypotheses,
                                  const std::optional<MotionPrior>& prior) {
   fine_.PrepareReference(reference);
@@ -89,27 +152,27 @@ Registration PlaneSearch::Verify(FrameSpectrum::Fine& reference,
   return result;
 }
 
-Registration PlaneSearch::FindBySpectra(const ImageParts& reference,
-                                        const ImageParts& current,
+Registration PlaneSearch::FindBySpectra(FrameSpectrum::Data& reference,
+                                        FrameSpectrum::Data& current,
                                         const std::optional<MotionPrior>& prior,
                                         const std::optional<RotationRange>& near) {
   auto hypotheses =
-      coarse_.Propose(*reference.coarse, *current.coarse, params_.estimate_scale, near);
+      coarse_.Propose(coarse_.Of(reference), coarse_.Of(current), params_.estimate_scale, near);
   if (hypotheses.empty()) return {};
   if (prior) AddExpected(*prior, hypotheses);
-  return Verify(reference.fine, current.fine, hypotheses, prior);
+  return Verify(reference, current, hypotheses, prior);
 }
 
-Registration PlaneSearch::FindByFeatures(const ImageParts& reference,
-                                         const ImageParts& current,
+Registration PlaneSearch::FindByFeatures(FrameSpectrum::Data& reference,
+                                         FrameSpectrum::Data& current,
                                          const std::optional<MotionPrior>& prior) {
-  const auto hypotheses = fine_.ProposeByFeatures(reference.fine, current.fine);
+  const auto hypotheses = fine_.ProposeByFeatures(reference, current);
   if (hypotheses.empty()) return {};
-  return Verify(reference.fine, current.fine, hypotheses, prior);
+  return Verify(reference, current, hypotheses, prior);
 }
 
-Registration PlaneSearch::Find(const ImageParts& reference,
-                               const ImageParts& current,
+Registration PlaneSearch::Find(FrameSpectrum::Data& reference,
+                               FrameSpectrum::Data& current,
                                const std::optional<MotionPrior>& prior) {
   if (prior) {
     // Motions that the prior excludes need not be computed, as long as the expected one is found.

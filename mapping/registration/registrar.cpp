@@ -48,22 +48,17 @@ struct Registrar::Impl {
     return *joint;
   }
 
-  using Coarse = FrameSpectrum::Coarse;
-  using Fine = FrameSpectrum::Fine;
+  using Data = FrameSpectrum::Data;
   cv::Size size;
   RegistrarParams params;
   CoarseStage coarse;
   FineStage fine;
   std::optional<DepthStage> depth;
   std::optional<JointStage> joint;
-  std::shared_ptr<BufferPool<Coarse>> coarse_pool = std::make_shared<BufferPool<Coarse>>();
-  std::shared_ptr<BufferPool<Fine>> fine_pool = std::make_shared<BufferPool<Fine>>();
+  std::shared_ptr<BufferPool<Data>> pool = std::make_shared<BufferPool<Data>>();
   cv::Mat clean;
 
-  std::shared_ptr<Coarse> AnalyzeCoarse(const cv::Mat& clean_grey,
-                                        float noise,
-                                        const cv::Mat& mask);
-  std::shared_ptr<Fine> AnalyzeFine(const cv::Mat& clean_grey, float noise, const cv::Mat& mask);
+  std::shared_ptr<Data> Analyze(const cv::Mat& grey, const cv::Mat& mask);
   /// Searches the motion under a ceiling with depth.
   Registration FindWithDepth(const FrameSpectrum& reference,
                              const heights::HeightField& known,
@@ -71,31 +66,24 @@ struct Registrar::Impl {
                              const std::optional<MotionPrior>& prior,
                              const std::optional<ImageMotion>& start) {
     return DepthSearch(coarse, fine, Depth(), params)
-        .Find(PartsOf(reference), known, PartsOf(current), prior, start);
-  }
-  static ImageParts PartsOf(const FrameSpectrum& spectrum) {
-    return {spectrum.coarse_.get(), *spectrum.fine_};
+        .Find(*reference.data_, known, *current.data_, prior, start);
   }
 };
 
-std::shared_ptr<FrameSpectrum::Coarse> Registrar::Impl::AnalyzeCoarse(const cv::Mat& clean_grey,
-                                                                      float noise,
-                                                                      const cv::Mat& mask) {
-  std::shared_ptr<Coarse> data = BufferPool<Coarse>::Take(coarse_pool);
-  coarse.Analyze(clean_grey, noise, *data, mask);
-  return data;
-}
-
-std::shared_ptr<FrameSpectrum::Fine> Registrar::Impl::AnalyzeFine(const cv::Mat& clean_grey,
-                                                                  float noise,
-                                                                  const cv::Mat& mask) {
-  std::shared_ptr<Fine> data = BufferPool<Fine>::Take(fine_pool);
+std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Analyze(const cv::Mat& grey,
+                                                              const cv::Mat& mask) {
+  std::shared_ptr<Data> data = BufferPool<Data>::Take(pool);
+  data->coarse_ready = false;
+  data->unique.reset();
   data->rough_ready = false;
   data->fine_ready = false;
   data->small_ready = false;
   data->broad_ready = false;
   data->features_ready = false;
-  fine.Analyze(clean_grey, noise, *data, mask);
+  const cv::Mat& without_impulses = WithoutImpulses(grey, clean);
+  data->noise = MakeNoise(EstimateNoise(without_impulses));
+  coarse.Reduce(without_impulses, mask, data->working);
+  fine.Analyze(without_impulses, mask, *data);
   return data;
 }
 
@@ -134,32 +122,14 @@ void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
 }
 
 double FrameSpectrum::CodingLoss() const {
-  return fine_ ? fine_->noise.removed : 0;
+  return data_ ? data_->noise.removed : 0;
 }
 
 FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
-  return Complete(grey, {}, mask);
-}
-
-FrameSpectrum Registrar::AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask) {
   Check(grey, mask);
   FrameSpectrum spectrum;
-  const cv::Mat& clean = WithoutImpulses(grey, impl_->clean);
-  spectrum.fine_ = impl_->AnalyzeFine(clean, EstimateNoise(clean), mask);
-  spectrum.fine_->impulses = clean.data != grey.data;
+  spectrum.data_ = impl_->Analyze(grey, mask);
   return spectrum;
-}
-
-FrameSpectrum Registrar::Complete(const cv::Mat& grey,
-                                  const FrameSpectrum& spectrum,
-                                  const cv::Mat& mask) {
-  if (spectrum.HasCoarse()) return spectrum;
-  FrameSpectrum complete = spectrum.empty() ? AnalyzeFine(grey, mask) : spectrum;
-  Check(grey, mask);
-  const FrameSpectrum::Fine& fine = *complete.fine_;
-  const cv::Mat& clean = fine.impulses ? WithoutImpulses(grey, impl_->clean) : grey;
-  complete.coarse_ = impl_->AnalyzeCoarse(clean, fine.noise.white, mask);
-  return complete;
 }
 
 Registration Registrar::RegisterWithDepth(const FrameSpectrum& reference,
@@ -174,9 +144,9 @@ Registration Registrar::RegisterJointly(const FrameSpectrum& reference,
                                         const MotionPrior& prior) {
   CheckNotEmpty(reference, current, "RegisterJointly");
   JointStage& joint = impl_->Joint();
-  joint.Prepare(*reference.fine_);
-  joint.Prepare(*current.fine_);
-  return joint.Match({*reference.fine_, *current.fine_, reference.Heights()}, prior);
+  joint.Prepare(*reference.data_);
+  joint.Prepare(*current.data_);
+  return joint.Match({*reference.data_, *current.data_, reference.Heights()}, prior);
 }
 
 Registration Registrar::CorrectJointly(const FrameSpectrum& reference,
@@ -185,19 +155,19 @@ Registration Registrar::CorrectJointly(const FrameSpectrum& reference,
                                        const Eigen::Matrix3d& covariance) {
   CheckNotEmpty(reference, current, "CorrectJointly");
   JointStage& joint = impl_->Joint();
-  joint.Prepare(*reference.fine_);
-  joint.Prepare(*current.fine_);
+  joint.Prepare(*reference.data_);
+  joint.Prepare(*current.data_);
   return joint.Posterior(
-      {*reference.fine_, *current.fine_, reference.Heights()}, expected, covariance);
+      {*reference.data_, *current.data_, reference.Heights()}, expected, covariance);
 }
 
 PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,
                                     const FrameSpectrum& current,
                                     const PlaneMotion& start) {
-  impl_->fine.PrepareReference(*reference.fine_);
-  impl_->Depth().PrepareReference(*reference.fine_);
+  impl_->fine.PrepareReference(*reference.data_);
+  impl_->Depth().PrepareReference(*reference.data_);
   return impl_->depth->MatchTilted(
-      *reference.fine_, impl_->Depth().OnGrid(*reference.heights_), *current.fine_, start);
+      *reference.data_, impl_->Depth().OnGrid(*reference.heights_), *current.data_, start);
 }
 
 const heights::HeightField& Registrar::EmptyHeights() const {
@@ -212,20 +182,24 @@ heights::HeightField Registrar::PredictHeights(const FrameSpectrum& reference,
 heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
                                               const FrameSpectrum& other,
                                               const ImageMotion& motion) {
-  impl_->fine.PrepareReference(*reference.fine_);
-  impl_->Depth().PrepareReference(*reference.fine_);
+  impl_->fine.PrepareReference(*reference.data_);
+  impl_->Depth().PrepareReference(*reference.data_);
   return impl_->Depth().Refined(
-      *reference.fine_, impl_->Depth().OnGrid(*reference.heights_), *other.fine_, motion);
+      *reference.data_, impl_->Depth().OnGrid(*reference.heights_), *other.data_, motion);
 }
 
 Registration Registrar::Register(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const std::optional<MotionPrior>& prior) {
   CheckNotEmpty(reference, current, "Register");
-  if (!reference.HasCoarse() || !current.HasCoarse()) {
-    throw std::invalid_argument("Registrar::Register: a FrameSpectrum of AnalyzeFine");
+  FrameSpectrum::Data& ref = *reference.data_;
+  FrameSpectrum::Data& cur = *current.data_;
+  PlaneSearch search(impl_->coarse, impl_->fine, impl_->params, impl_->size);
+  if (prior && !reference.heights_) {
+    Registration near = search.FindNear(ref, cur, *prior);
+    if (near.ok()) return near;
   }
-  if (std::min(reference.coarse_->contrast, current.coarse_->contrast) < kMinContrast) {
+  if (std::min(impl_->coarse.Of(ref).contrast, impl_->coarse.Of(cur).contrast) < kMinContrast) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;
@@ -233,8 +207,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   if (reference.heights_) {
     return impl_->FindWithDepth(reference, *reference.heights_, current, prior, std::nullopt);
   }
-  return PlaneSearch(impl_->coarse, impl_->fine, impl_->params, impl_->size)
-      .Find(Impl::PartsOf(reference), Impl::PartsOf(current), prior);
+  return search.Find(ref, cur, prior);
 }
 
 PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
@@ -244,8 +217,8 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
                                 const PlaneFitParams& params) {
   CheckNotEmpty(reference, current, "RefinePlane");
   constexpr int kRounds = 3;
-  impl_->fine.PrepareFine(*reference.fine_);
-  return impl_->fine.RefinePlane(*reference.fine_, *current.fine_, camera, start, params, kRounds);
+  impl_->fine.PrepareFine(*reference.data_);
+  return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
 }
 
 std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
@@ -253,9 +226,9 @@ std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,
                                                 const PlaneCamera& camera,
                                                 const PlaneMotion& motion) {
   CheckNotEmpty(reference, current, "MeasurePlane");
-  impl_->fine.PrepareFine(*reference.fine_);
+  impl_->fine.PrepareFine(*reference.data_);
   return impl_->fine.MeasurePlane(
-      *reference.fine_, *current.fine_, camera, motion, impl_->params.final_blocks);
+      *reference.data_, *current.data_, camera, motion, impl_->params.final_blocks);
 }
 
 std::vector<PlaneShift> Registrar::MeasureWithDepth(const FrameSpectrum& reference,
@@ -263,38 +236,38 @@ std::vector<PlaneShift> Registrar::MeasureWithDepth(const FrameSpectrum& referen
                                                     const PlaneMotion& motion,
                                                     int count) {
   CheckNotEmpty(reference, current, "MeasureWithDepth");
-  impl_->fine.PrepareFine(*reference.fine_);
+  impl_->fine.PrepareFine(*reference.data_);
   DepthStage& depth = impl_->Depth();
-  depth.PrepareReference(*reference.fine_);
+  depth.PrepareReference(*reference.data_);
   return depth.Measure(
-      *reference.fine_, depth.OnGrid(*reference.heights_), *current.fine_, motion, count);
+      *reference.data_, depth.OnGrid(*reference.heights_), *current.data_, motion, count);
 }
 
 Dissimilarity Registrar::Compare(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
                                  const ImageMotion& motion) {
   CheckNotEmpty(reference, current, "Compare");
-  return impl_->fine.Compare(*reference.fine_, *current.fine_, motion);
+  return impl_->fine.Compare(*reference.data_, *current.data_, motion);
 }
 
 double Registrar::TexturedRatio(const FrameSpectrum& spectrum) {
   CheckNotEmpty(spectrum, spectrum, "TexturedRatio");
-  return impl_->fine.TexturedRatio(*spectrum.fine_);
+  return impl_->fine.TexturedRatio(*spectrum.data_);
 }
 
 double Registrar::TellingRatio(const FrameSpectrum& reference,
                                const FrameSpectrum& current,
                                const ImageMotion& motion) {
   CheckNotEmpty(reference, current, "TellingRatio");
-  return impl_->fine.TellingRatio(*reference.fine_, *current.fine_, motion);
+  return impl_->fine.TellingRatio(*reference.data_, *current.data_, motion);
 }
 
 Registration Registrar::Refine(const FrameSpectrum& reference,
                                const FrameSpectrum& current,
                                const ImageMotion& start) {
   CheckNotEmpty(reference, current, "Refine");
-  FrameSpectrum::Fine& ref = *reference.fine_;
-  const FrameSpectrum::Fine& cur = *current.fine_;
+  FrameSpectrum::Data& ref = *reference.data_;
+  const FrameSpectrum::Data& cur = *current.data_;
   impl_->fine.PrepareReference(ref);
   Hypothesis hypothesis;
   hypothesis.motion = start;

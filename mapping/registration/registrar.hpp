@@ -22,9 +22,11 @@ enum class Verdict {
 };
 const char* ToString(Verdict verdict);
 
-/// Prediction of the motion (odometry, a motion model, a compass). Rotations near it are tried
-/// first, others only when none of those explains the images; and it chooses among motions that the
-/// images do not decide between. It is never averaged into the result.
+/// Prediction of the motion (odometry, a motion model, a compass). Where it is sharp and the
+/// reference is not like itself at any other place, only the blocks near it are compared. Otherwise
+/// rotations near it are tried first, others only when none of those explains the images; and it
+/// chooses among motions that the images do not decide between. It is never averaged into the
+/// result.
 struct MotionPrior {
   ImageMotion motion;
   double sigma_px = 0;         ///< of tx and ty, > 0
@@ -106,15 +108,13 @@ struct RegistrarParams {
   double refine_poc_peak = 0.3;
 };
 
-/// Everything that is computed once of an image and kept: its working copies and spectra. Cheap to
-/// copy and to share between threads and between registrars of one image size and mask (the data
-/// behind it are immutable); made by a Registrar.
+/// Everything that is computed once of an image and kept: its working copies and spectra. What only
+/// some registrations need is computed when the first one needs it. Cheap to copy and to share
+/// between threads and between registrars of one image size and mask; made by a Registrar.
 class FrameSpectrum {
  public:
   FrameSpectrum() = default;
-  [[nodiscard]] bool empty() const { return !fine_; }
-  /// False after Registrar::AnalyzeFine.
-  [[nodiscard]] bool HasCoarse() const { return coarse_ != nullptr; }
+  [[nodiscard]] bool empty() const { return !data_; }
   /// The image has less noise than a camera's sensor: it was encoded at a low bitrate, or denoised.
   /// Parts of it may be copies of earlier images. False for an empty spectrum.
   [[nodiscard]] bool IsEncoded() const { return CodingLoss() > 0; }
@@ -131,19 +131,18 @@ class FrameSpectrum {
     heights_ = std::move(heights);
   }
   struct Coarse;
-  struct Fine;
+  struct Data;
 
  private:
   friend class Registrar;
-  std::shared_ptr<Coarse> coarse_;
-  std::shared_ptr<Fine> fine_;
+  std::shared_ptr<Data> data_;
   std::shared_ptr<const heights::HeightField> heights_;
 };
 
 /// An image that is rectified and analysed once for all that register it: tilt, odometry, search.
 struct AnalyzedImage {
   cv::Mat pixels;          ///< CV_8UC1, rectified; shared, never written to
-  FrameSpectrum spectrum;  ///< of the pixels; may be empty or without its coarse part
+  FrameSpectrum spectrum;  ///< of the pixels; may be empty
 };
 
 /// Registers images of the same size. Contains FFT plans and scratch memory: one object per thread.
@@ -163,18 +162,8 @@ class Registrar {
   /// @throws InputError on another type or size.
   [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey, const cv::Mat& mask = {});
 
-  /// The same for Refine and RefinePlane only, in a third of the time: sufficient for a frame whose
-  /// motion is approximately known.
-  [[nodiscard]] FrameSpectrum AnalyzeFine(const cv::Mat& grey, const cv::Mat& mask = {});
-
-  /// What Analyze returns, with as much of it taken from `spectrum` as that has. @param spectrum of
-  /// the same image and mask, by a registrar of the same size and mask; may be empty.
-  [[nodiscard]] FrameSpectrum Complete(const cv::Mat& grey,
-                                       const FrameSpectrum& spectrum,
-                                       const cv::Mat& mask = {});
-
   /// Motion that takes pixels of `reference` to pixels of `current`. The content of an image never
-  /// causes an exception. @throws std::invalid_argument for spectra of AnalyzeFine.
+  /// causes an exception.
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt);

@@ -23,15 +23,6 @@ constexpr double kMaxFromCandidatePx = 4;
 constexpr double kExpectedSigmaPx = 1;
 constexpr double kExpectedSigmaRad = 0.008;
 
-/// Squared distance of a motion from the prior, in standard deviations.
-double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {
-  const double dt =
-      std::hypot(motion.tx_px - prior.motion.tx_px, motion.ty_px - prior.motion.ty_px) /
-      prior.sigma_px;
-  const double dr = WrapAngle(motion.theta_rad - prior.motion.theta_rad) / prior.sigma_theta_rad;
-  return dt * dt + dr * dr;
-}
-
 /// The shortest shift between two rivals of one orientation, px: the period of the ceiling in these
 /// images. 0: none.
 double PeriodOf(const std::vector<Finalist>& rivals) {
@@ -59,6 +50,14 @@ bool AgreesWeakly(const Finalist& f) {
 }
 
 }  // namespace
+
+double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion) {
+  const double dt =
+      std::hypot(motion.tx_px - prior.motion.tx_px, motion.ty_px - prior.motion.ty_px) /
+      prior.sigma_px;
+  const double dr = WrapAngle(motion.theta_rad - prior.motion.theta_rad) / prior.sigma_theta_rad;
+  return dt * dt + dr * dr;
+}
 
 bool Differ(const ImageMotion& a, const ImageMotion& b) {
   return std::hypot(a.tx_px - b.tx_px, a.ty_px - b.ty_px) > 6.0 ||

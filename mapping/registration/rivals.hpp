@@ -22,6 +22,9 @@ std::vector<Candidate> NearlyBest(std::vector<Candidate> candidates, double rati
 /// @param finalists  not empty.
 std::vector<Finalist> Rivals(std::vector<Finalist> finalists, double ratio);
 
+/// Squared distance of a motion from the prior, in standard deviations.
+double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion);
+
 /// Moves the rival that the prior prefers to the front. @param rivals  at least two if there is a
 /// prior. @return whether the prior determines the choice.
 bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist>& rivals);

@@ -38,10 +38,15 @@ void Coarse(benchmark::State& state) {
   CoarseStage stage(kSize);
   FrameSpectrum::Coarse reference;
   FrameSpectrum::Coarse current;
-  stage.Analyze(Frames().reference, EstimateNoise(Frames().reference), reference);
+  registration::WorkingImage working;
+  const auto analyze = [&](const cv::Mat& frame, FrameSpectrum::Coarse& data) {
+    stage.Reduce(frame, {}, working);
+    stage.Analyze(working, registration::MakeNoise(EstimateNoise(frame)), data);
+  };
+  analyze(Frames().reference, reference);
   RunFrames(state, "coarse", [&](std::size_t i) {
     const cv::Mat& frame = Frames().frames[i];
-    stage.Analyze(frame, EstimateNoise(frame), current);
+    analyze(frame, current);
     const auto hypotheses = stage.Propose(reference, current, false);
     return MotionWithin(
         hypotheses.empty() ? ImageMotion{1e9, 1e9, 0, 1} : hypotheses.front().motion, 3, 0.5);

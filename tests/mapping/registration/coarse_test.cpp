@@ -26,7 +26,9 @@ class CoarseStageTest : public testing::Test {
   }
 
   void Analyze(const cv::Mat& image, FrameSpectrum::Coarse& data) {
-    stage_.Analyze(image, EstimateNoise(image), data);
+    WorkingImage working;
+    stage_.Reduce(image, {}, working);
+    stage_.Analyze(working, MakeNoise(EstimateNoise(image)), data);
   }
 
   SyntheticCeiling ceiling_;

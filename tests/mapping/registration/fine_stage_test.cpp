@@ -23,8 +23,9 @@ const cv::Size kFineSize(480, 360);
 
 class FineStageTest : public testing::Test {
  protected:
-  void Analyze(const cv::Mat& image, FrameSpectrum::Fine& data) {
-    fine_.Analyze(image, EstimateNoise(image), data);
+  void Analyze(const cv::Mat& image, FrameSpectrum::Data& data) {
+    data.noise = MakeNoise(EstimateNoise(image));
+    fine_.Analyze(image, {}, data);
   }
 
   Hypothesis Near(const ImageMotion& truth, double off_px, double off_deg) {
@@ -42,8 +43,8 @@ class FineStageTest : public testing::Test {
   RegistrarParams params_;
   FineStage fine_{kFineSize, params_};
   SyntheticCeiling ceiling_;
-  FrameSpectrum::Fine reference_;
-  FrameSpectrum::Fine current_;
+  FrameSpectrum::Data reference_;
+  FrameSpectrum::Data current_;
 };
 
 TEST_F(FineStageTest, BringsARoughMotionToTheLastDigit) {

@@ -28,25 +28,79 @@ TEST_F(RegistrarTest, RandomMotionsOverTheFullCircle) {
   }
 }
 
-TEST_F(RegistrarTest, ASpectrumIsCompletedByAnyRegistrarOfItsSize) {
+TEST_F(RegistrarTest, ASpectrumIsThatOfAnyRegistrarOfItsSize) {
   const SyntheticCeiling ceiling;
   const cv::Mat image = ceiling.Render(kSize);
   const cv::Mat other = ceiling.Render(kSize, {30, -12, 0.3, 1});
   Registrar first(kSize);
   Registrar second(kSize);
-  const FrameSpectrum fine = first.AnalyzeFine(image);
-  ASSERT_FALSE(fine.empty());
-  EXPECT_FALSE(fine.HasCoarse());
-  const FrameSpectrum whole = second.Complete(image, fine);
-  EXPECT_TRUE(whole.HasCoarse());
-  EXPECT_FALSE(fine.HasCoarse()) << "the one that was completed stays as it is";
-  const Registration completed = second.Register(whole, second.Complete(other, {}));
-  const Registration analyzed = first.Register(first.Analyze(image), first.Analyze(other));
-  ASSERT_TRUE(completed.ok());
-  EXPECT_EQ(completed.motion.tx_px, analyzed.motion.tx_px);
-  EXPECT_EQ(completed.motion.ty_px, analyzed.motion.ty_px);
-  EXPECT_EQ(completed.motion.theta_rad, analyzed.motion.theta_rad);
-  EXPECT_EQ(completed.covariance, analyzed.covariance);
+  const Registration shared = second.Register(first.Analyze(image), second.Analyze(other));
+  const Registration own = first.Register(first.Analyze(image), first.Analyze(other));
+  ASSERT_TRUE(shared.ok());
+  EXPECT_EQ(shared.motion.tx_px, own.motion.tx_px);
+  EXPECT_EQ(shared.motion.ty_px, own.motion.ty_px);
+  EXPECT_EQ(shared.motion.theta_rad, own.motion.theta_rad);
+  EXPECT_EQ(shared.covariance, own.covariance);
+}
+
+TEST_F(RegistrarTest, AnAnalysedImageKeepsItsOwnCopyOfTheMask) {
+  const SyntheticCeiling ceiling;
+  cv::Mat mask(kSize, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, kSize.width / 3, kSize.height)) = 0;
+  const ImageMotion truth{30, -12, 0.3, 1};
+  cv::Mat reference = ceiling.Render(kSize);
+  reference.setTo(0, mask == 0);
+  const FrameSpectrum before = registrar_.Analyze(reference, mask);
+  const FrameSpectrum same = registrar_.Analyze(reference, mask.clone());
+  mask = 255;
+  const FrameSpectrum current = registrar_.Analyze(ceiling.Render(kSize, truth));
+  const Registration r = registrar_.Register(before, current);
+  EXPECT_THAT(r, IsMotion(truth, 0.03, 0.02));
+  EXPECT_EQ(r.covariance, registrar_.Register(same, current).covariance);
+}
+
+TEST_F(RegistrarTest, NearASharpPriorTheMotionIsAsExact) {
+  std::mt19937 random(3);
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    const SyntheticCeiling ceiling({.seed = i});
+    const ImageMotion truth = RandomMotion(random, false, 0.3);
+    MotionPrior prior{truth, 4, 0.15};
+    prior.motion.tx_px += 5;
+    prior.motion.ty_px -= 4;
+    prior.motion.theta_rad += 0.02;
+    const FrameSpectrum a = registrar_.Analyze(ceiling.Render(kSize, {}, 2, i));
+    const FrameSpectrum b = registrar_.Analyze(ceiling.Render(kSize, truth, 2, i + 500));
+    const Registration near = registrar_.Register(a, b, prior);
+    const Registration anywhere = registrar_.Register(a, b);
+    ASSERT_TRUE(near.ok()) << i;
+    EXPECT_LT(synthetic::ShiftError(near.motion, anywhere.motion), 0.01) << i;
+    EXPECT_FALSE(near.disambiguated_by_prior);
+  }
+}
+
+TEST_F(RegistrarTest, AWrongSharpPriorDoesNotMislead) {
+  std::mt19937 random(4);
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    const SyntheticCeiling ceiling({.seed = i, .tile_px = i % 2 == 0 ? 0.0 : 90.0});
+    const ImageMotion truth = RandomMotion(random, false, 0.3);
+    MotionPrior prior{truth, 4, 0.15};
+    prior.motion.tx_px += 90;
+    const Registration r = registrar_.Register(registrar_.Analyze(ceiling.Render(kSize)),
+                                               registrar_.Analyze(ceiling.Render(kSize, truth)),
+                                               prior);
+    EXPECT_THAT(r, IsMotion(truth, 0.02, 0.02)) << i;
+  }
+}
+
+TEST_F(RegistrarTest, UnderEqualTilesASharpPriorChoosesAndThatIsSaid) {
+  const SyntheticCeiling tiles(
+      {.tile_px = 80, .tile_grey = 0, .speckle_grey = 0, .lamps = false, .marks = false});
+  const ImageMotion truth{31, -17, 0.02, 1};
+  const FrameSpectrum a = registrar_.Analyze(tiles.Render(kSize, {}, 1, 1));
+  const FrameSpectrum b = registrar_.Analyze(tiles.Render(kSize, truth, 1, 2));
+  const Registration r = registrar_.Register(a, b, MotionPrior{truth, 4, 0.15});
+  EXPECT_THAT(r, IsMotion(truth, 0.1, 0.1));
+  EXPECT_TRUE(r.disambiguated_by_prior);
 }
 
 TEST_F(RegistrarTest, LittleCommonAreaIsMostlyEnoughAndNeverMisleads) {
