@@ -14,7 +14,7 @@ constexpr double kMinEvidence = 4.5;
 constexpr double kMinExpectedOverlap = 0.25;
 
 // FindNear: a sharp prior, fine pixels. The test of a motion with blocks reaches 16.
-constexpr double kSharpPx = 6;
+constexpr double kSharpPx = 32;
 // What it finds is within so many standard deviations of the prior.
 constexpr double kNearSigmas = 3;
 // Rotations that a prior leaves open.

@@ -63,7 +63,7 @@ TEST_F(RegistrarTest, NearASharpPriorTheMotionIsAsExact) {
   std::mt19937 random(3);
   for (std::uint32_t i = 0; i < 12; ++i) {
     const SyntheticCeiling ceiling({.seed = i});
-    const ImageMotion truth = RandomMotion(random, false, 0.3);
+    const ImageMotion truth = RandomMotion(random, false, 0.5);
     MotionPrior prior{truth, 4, 0.15};
     prior.motion.tx_px += 5;
     prior.motion.ty_px -= 4;
@@ -71,9 +71,7 @@ TEST_F(RegistrarTest, NearASharpPriorTheMotionIsAsExact) {
     const FrameSpectrum a = registrar_.Analyze(ceiling.Render(kSize, {}, 2, i));
     const FrameSpectrum b = registrar_.Analyze(ceiling.Render(kSize, truth, 2, i + 500));
     const Registration near = registrar_.Register(a, b, prior);
-    const Registration anywhere = registrar_.Register(a, b);
-    ASSERT_TRUE(near.ok()) << i;
-    EXPECT_LT(synthetic::ShiftError(near.motion, anywhere.motion), 0.01) << i;
+    EXPECT_THAT(near, IsMotion(truth, 0.05, 0.03)) << i;
     EXPECT_FALSE(near.disambiguated_by_prior);
   }
 }
@@ -82,7 +80,7 @@ TEST_F(RegistrarTest, AWrongSharpPriorDoesNotMislead) {
   std::mt19937 random(4);
   for (std::uint32_t i = 0; i < 12; ++i) {
     const SyntheticCeiling ceiling({.seed = i, .tile_px = i % 2 == 0 ? 0.0 : 90.0});
-    const ImageMotion truth = RandomMotion(random, false, 0.3);
+    const ImageMotion truth = RandomMotion(random, false, 0.6);
     MotionPrior prior{truth, 4, 0.15};
     prior.motion.tx_px += 90;
     const Registration r = registrar_.Register(registrar_.Analyze(ceiling.Render(kSize)),
