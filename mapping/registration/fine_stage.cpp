@@ -57,6 +57,10 @@ constexpr int kCloseSearch = 4;  // pixels of the level, for an approximate moti
 
 constexpr int kFineBlockPx = 64;
 
+// Effort::kTracking: standard deviation at the corners of the image with which it is placed, fine
+// pixels.
+constexpr double kTrackedPx = 0.05;
+
 }  // namespace
 
 FineStage::FineStage(cv::Size size, const RegistrarParams& params)
@@ -112,8 +116,20 @@ void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
                             const FrameSpectrum::Data& current,
                             const ImageMotion& motion,
                             int count) {
-  const auto chosen = fine_.Select(reference.fine, current.fine, motion, count);
-  fine_.Measure(reference.fine, current.fine, motion, chosen, kCloseSearch, shifts_);
+  chosen_ = fine_.Select(reference.fine, current.fine, motion, count);
+  fine_.Measure(reference.fine, current.fine, motion, chosen_, kCloseSearch, shifts_);
+}
+
+/// Completes the shifts of MeasureFine under the same motion by those of the other final blocks.
+void FineStage::MeasureOtherFine(const FrameSpectrum::Data& reference,
+                                 const FrameSpectrum::Data& current,
+                                 const ImageMotion& motion) {
+  auto others = fine_.Select(reference.fine, current.fine, motion, params_.final_blocks);
+  std::erase_if(others, [this](int block) {
+    return std::find(chosen_.begin(), chosen_.end(), block) != chosen_.end();
+  });
+  fine_.Measure(reference.fine, current.fine, motion, others, kCloseSearch, others_);
+  shifts_.insert(shifts_.end(), others_.begin(), others_.end());
 }
 
 bool FineStage::Reaches(const ImageMotion& start, const ImageMotion& motion) const {
@@ -163,15 +179,42 @@ bool FineStage::FitShifts(Finalist& finalist) const {
   return true;
 }
 
+/// Standard deviation of the motion at the corners of the image, fine pixels.
+double FineStage::CornerSigma(const Registration& result) const {
+  const double half_diagonal = 0.5 * std::hypot(fine_frame_.size.width, fine_frame_.size.height);
+  const Eigen::Vector4d variance = result.covariance.diagonal();
+  return std::sqrt(variance.head<2>().maxCoeff() +
+                   half_diagonal * half_diagonal * variance.tail<2>().sum());
+}
+
+/// Refines the finalist with blocks of the fine level.
+bool FineStage::FitSharp(const FrameSpectrum::Data& reference,
+                         const FrameSpectrum::Data& current,
+                         Effort effort,
+                         Finalist& finalist) {
+  const ImageMotion from = finalist.result.motion;
+  const bool all = effort == Effort::kFull;
+  MeasureFine(reference, current, from, all ? params_.final_blocks : kFirstBlocks);
+  if (all) return FitShifts(finalist);
+  Finalist quick = finalist;
+  if (FitShifts(quick) && CornerSigma(quick.result) < kTrackedPx) {
+    finalist = std::move(quick);
+    return true;
+  }
+  MeasureOtherFine(reference, current, from);
+  return FitShifts(finalist);
+}
+
 void FineStage::LastRounds(const FrameSpectrum::Data& reference,
                            const FrameSpectrum::Data& current,
+                           Effort effort,
                            Finalist& finalist) {
   Registration& result = finalist.result;
-  MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
+  const int rough_blocks = effort == Effort::kFull ? params_.final_blocks : kFirstBlocks;
+  MeasureRough(reference, current, result.motion, rough_blocks, kCloseSearch);
   if (!FitShifts(finalist)) return;
   Finalist sharp = finalist;
-  MeasureFine(reference, current, result.motion, params_.final_blocks);
-  if (!FitShifts(sharp)) return;
+  if (!FitSharp(reference, current, effort, sharp)) return;
   const ImageMotion change = Compose(sharp.result.motion, result.motion.Inverse());
   const double step = std::hypot(change.tx_px, change.ty_px);
   const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
@@ -202,7 +245,8 @@ void FineStage::InflateBlurCovariance(const FrameSpectrum::Data& reference,
 
 Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
                            const FrameSpectrum::Data& current,
-                           const Candidate& candidate) {
+                           const Candidate& candidate,
+                           Effort effort) {
   Finalist finalist;
   Registration& result = finalist.result;
   result.motion = fine_frame_.FromFull(candidate.motion);
@@ -211,7 +255,7 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
     result.motion = candidate.motion;
     return finalist;
   }
-  LastRounds(reference, current, finalist);
+  LastRounds(reference, current, effort, finalist);
   result.overlap = OverlapOf(result.motion, fine_frame_.size);
   result.motion = fine_frame_.ToFull(result.motion);
   if (IsSound(reference, current, candidate, finalist)) {

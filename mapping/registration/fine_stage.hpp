@@ -13,6 +13,14 @@
 
 namespace ceilmap::registration {
 
+/// How many blocks the last rounds measure.
+enum class Effort {
+  kFull,  ///< RegistrarParams::final_blocks
+  /// Half of them where those determine the motion to 0.05 px at the corners of the image, standard
+  /// deviation: for an image that is only placed, and to which no other will be compared.
+  kTracking,
+};
+
 /// A hypothesis after its test with blocks.
 struct Candidate {
   ImageMotion motion;
@@ -77,7 +85,8 @@ class FineStage {
   /// else kNoMatch.
   Finalist Refine(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
-                  const Candidate& candidate);
+                  const Candidate& candidate,
+                  Effort effort = Effort::kFull);
   /// Fills the dissimilarity of a finalist, in full pixels, unless it is already known.
   void Compare(const FrameSpectrum::Data& reference,
                const FrameSpectrum::Data& current,
@@ -136,7 +145,15 @@ class FineStage {
                    const FrameSpectrum::Data& current,
                    const ImageMotion& motion,
                    int count);
+  void MeasureOtherFine(const FrameSpectrum::Data& reference,
+                        const FrameSpectrum::Data& current,
+                        const ImageMotion& motion);
+  bool FitSharp(const FrameSpectrum::Data& reference,
+                const FrameSpectrum::Data& current,
+                Effort effort,
+                Finalist& finalist);
   bool FitShifts(Finalist& finalist) const;
+  [[nodiscard]] double CornerSigma(const Registration& result) const;
   bool IsSound(const FrameSpectrum::Data& reference,
                const FrameSpectrum::Data& current,
                const Candidate& candidate,
@@ -146,6 +163,7 @@ class FineStage {
                              Finalist& finalist);
   void LastRounds(const FrameSpectrum::Data& reference,
                   const FrameSpectrum::Data& current,
+                  Effort effort,
                   Finalist& finalist);
 
   RegistrarParams params_;
@@ -154,6 +172,8 @@ class FineStage {
   BlockStage rough_;
   BlockStage fine_;
   std::vector<BlockShift> shifts_;  // in fine pixels
+  std::vector<BlockShift> others_;  // of MeasureOtherFine
+  std::vector<int> chosen_;         // blocks of the last MeasureFine
 };
 
 }  // namespace ceilmap::registration

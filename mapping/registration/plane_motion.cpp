@@ -1,18 +1,21 @@
 #include "mapping/registration/plane_motion.hpp"
 
-#include <ceres/ceres.h>
+#include <ceres/jet.h>
+#include <ceres/tiny_solver.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
+
+#include "calib/base/statistics.hpp"
 
 namespace ceilmap::registration {
 namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Parameters = std::array<double, 6>;  // x, y, height, yaw, tilt_x, tilt_y
 
 // Current image position of a reference pixel; the point lies at distance 1 / rho.
@@ -53,13 +56,10 @@ struct BlockResidual {
   Eigen::Matrix2d whitening;
 
   template <typename T>
-  bool operator()(const T* const p, T* residual) const {
+  Eigen::Matrix<T, 2, 1> At(const T* parameters) const {
     const Eigen::Matrix<T, 2, 1> error =
-        Project(*camera, p, shift->block.point) - shift->seen.cast<T>();
-    const Eigen::Matrix<T, 2, 1> weighted = whitening.cast<T>() * error;
-    residual[0] = weighted[0];
-    residual[1] = weighted[1];
-    return true;
+        Project(*camera, parameters, shift->block.point) - shift->seen.cast<T>();
+    return whitening.cast<T>() * error;
   }
 };
 
@@ -135,83 +135,123 @@ ImageMotion PlaneMotion::ToSimilarity(const PlaneCamera& camera) const {
 
 namespace {
 
-/// The problem of one fit: built once, solved with a changing scale of the loss.
-class PlaneProblem {
+/// The residuals of all blocks under Cauchy's loss, as a function for Ceres' solver of small
+/// problems. Each block's residual is shortened so that the sum of squares is that of the losses.
+class RobustResiduals {
  public:
-  PlaneProblem(const PlaneCamera& camera,
-               const std::vector<PlaneShift>& shifts,
-               const PlaneMotion& start,
-               const PlaneFitParams& params)
-      : parameters_(ToArray(start)), loss_(nullptr, ceres::TAKE_OWNERSHIP) {
-    residuals_.reserve(shifts.size());
-    for (const PlaneShift& shift : shifts) {
-      residuals_.push_back({&camera, &shift, Whitening(shift)});
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<BlockResidual, 2, 6>(
-                                    &residuals_.back(), ceres::DO_NOT_TAKE_OWNERSHIP),
-                                &loss_,
-                                parameters_.data());
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
+  using Jet = ceres::Jet<double, NUM_PARAMETERS>;
+  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, NUM_PARAMETERS>;
+
+  RobustResiduals(const PlaneCamera& camera,
+                  const std::vector<PlaneShift>& shifts,
+                  const PlaneFitParams& params)
+      : free_({true, true, params.fit_height, true, params.fit_tilt, params.fit_tilt}) {
+    blocks_.reserve(shifts.size());
+    for (const PlaneShift& shift : shifts) blocks_.push_back({&camera, &shift, Whitening(shift)});
+  }
+
+  /// @param loss  Residuals of this length and more count less.
+  void SetLoss(double loss) { loss2_ = loss * loss; }
+
+  [[nodiscard]] int NumResiduals() const { return 2 * static_cast<int>(blocks_.size()); }
+
+  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
+    if (jacobian == nullptr) {
+      for (const BlockResidual& block : blocks_) {
+        const Eigen::Vector2d residual = block.At(parameters);
+        const double square = residual.squaredNorm();
+        const double shorter = std::sqrt(Loss(square) / std::max(square, kTiny));
+        *residuals++ = shorter * residual.x();
+        *residuals++ = shorter * residual.y();
+      }
+      return true;
     }
-    std::vector<int> held;
-    if (!params.fit_height) held.push_back(2);
-    if (!params.fit_tilt) held.insert(held.end(), {4, 5});
-    if (!held.empty()) problem_.SetManifold(parameters_.data(), new ceres::SubsetManifold(6, held));
+    Eigen::Map<Jacobian> derivatives(jacobian, NumResiduals(), NUM_PARAMETERS);
+    Eigen::Map<Eigen::VectorXd> values(residuals, NumResiduals());
+    ForEachBlock(parameters, [&](Eigen::Index i, const Eigen::Vector2d& residual, const auto& j) {
+      // With l the loss of a square s, the residual is r sqrt(l(s) / s).
+      const double square = std::max(residual.squaredNorm(), kTiny);
+      const double shorter = std::sqrt(Loss(square) / square);
+      const double slope = (Weight(square) / shorter - shorter) / square;
+      values.segment<2>(i) = shorter * residual;
+      derivatives.middleRows<2>(i) =
+          (shorter * Eigen::Matrix2d::Identity() + slope * residual * residual.transpose()) * j;
+    });
+    return true;
   }
 
-  /// The robust standard deviation of a whitened residual's axis, at least kSigmaFloorPx.
-  double Scale() {
-    sizes_.clear();
-    for (const BlockResidual& residual : residuals_) {
-      Eigen::Vector2d whitened;
-      residual(parameters_.data(), whitened.data());
-      sizes_.push_back(whitened.norm());
-    }
-    const auto middle = sizes_.begin() + static_cast<std::ptrdiff_t>(sizes_.size() / 2);
-    std::nth_element(sizes_.begin(), middle, sizes_.end());
-    return std::max(kSigmaFloorPx, *middle / 1.1774);
+  /// The information of the residuals on the parameters, each with the weight that the loss gives
+  /// it.
+  [[nodiscard]] Matrix6d Information(const double* parameters) const {
+    Matrix6d information = Matrix6d::Zero();
+    ForEachBlock(parameters, [&](Eigen::Index, const Eigen::Vector2d& residual, const auto& j) {
+      information += Weight(residual.squaredNorm()) * j.transpose() * j;
+    });
+    return information;
   }
 
-  bool Solve(double sigma_px) {
-    // The scale belongs to the squared residual norm: Cauchy's 2.3849 sigma keeps 95 % efficiency.
-    loss_.Reset(new ceres::CauchyLoss(2.3849 * sigma_px), ceres::TAKE_OWNERSHIP);
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 20;
-    options.num_threads = 1;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem_, &summary);
-    return summary.IsSolutionUsable();
+  [[nodiscard]] std::vector<double> Sizes(const double* parameters) const {
+    std::vector<double> sizes;
+    sizes.reserve(blocks_.size());
+    for (const BlockResidual& block : blocks_) sizes.push_back(block.At(parameters).norm());
+    return sizes;
   }
 
-  /// For a standard deviation of one; nothing when it cannot be computed.
-  std::optional<Matrix6d> Covariance() {
-    ceres::Covariance::Options options;
-    options.algorithm_type = ceres::DENSE_SVD;
-    // Undetermined parameters result in a very large variance, without a message on stderr.
-    options.min_reciprocal_condition_number = 0;
-    ceres::Covariance covariance(options);
-    const std::vector<const double*> blocks{parameters_.data()};
-    if (!covariance.Compute(blocks, &problem_)) return std::nullopt;
-    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> unscaled;
-    covariance.GetCovarianceBlock(parameters_.data(), parameters_.data(), unscaled.data());
-    return unscaled;
+  [[nodiscard]] bool IsFree(int parameter) const {
+    return free_[static_cast<std::size_t>(parameter)];
   }
-
-  [[nodiscard]] const Parameters& At() const { return parameters_; }
 
  private:
-  static ceres::Problem::Options Options() {
-    ceres::Problem::Options options;
-    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    return options;
+  static constexpr double kTiny = 1e-20;
+
+  [[nodiscard]] double Loss(double square) const { return loss2_ * std::log1p(square / loss2_); }
+  [[nodiscard]] double Weight(double square) const { return 1 / (1 + square / loss2_); }
+
+  /// Calls use(row, residual, its derivatives) for each block. Those by fixed parameters are zero.
+  template <typename Use>
+  void ForEachBlock(const double* parameters, const Use& use) const {
+    std::array<Jet, NUM_PARAMETERS> at;
+    for (int i = 0; i < NUM_PARAMETERS; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      at[k] = free_[k] ? Jet(parameters[i], i) : Jet(parameters[i]);
+    }
+    Eigen::Matrix<double, 2, NUM_PARAMETERS> derivatives;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      const Eigen::Matrix<Jet, 2, 1> residual = blocks_[i].At(at.data());
+      derivatives.row(0) = residual.x().v.transpose();
+      derivatives.row(1) = residual.y().v.transpose();
+      use(static_cast<Eigen::Index>(2 * i),
+          Eigen::Vector2d(residual.x().a, residual.y().a),
+          derivatives);
+    }
   }
 
-  Parameters parameters_;
-  std::vector<BlockResidual> residuals_;
-  std::vector<double> sizes_;
-  ceres::LossFunctionWrapper loss_;
-  ceres::Problem problem_{Options()};
+  std::vector<BlockResidual> blocks_;
+  std::array<bool, NUM_PARAMETERS> free_;
+  double loss2_ = 1;
 };
+
+/// The robust standard deviation of a whitened residual's axis, at least kSigmaFloorPx.
+double RobustScale(const RobustResiduals& residuals, const double* parameters) {
+  std::vector<double> sizes = residuals.Sizes(parameters);
+  return std::max(kSigmaFloorPx, Median(sizes) / 1.1774);
+}
+
+/// For a standard deviation of one; zero for fixed parameters. Undetermined parameters get a very
+/// large variance.
+Matrix6d CovarianceOf(const RobustResiduals& residuals, const double* parameters) {
+  Matrix6d information = residuals.Information(parameters);
+  for (int i = 0; i < 6; ++i) {
+    if (!residuals.IsFree(i)) information(i, i) = 1;
+  }
+  Matrix6d covariance = information.inverse();
+  for (int i = 0; i < 6; ++i) {
+    if (!residuals.IsFree(i)) covariance(i, i) = 0;
+  }
+  return covariance;
+}
 
 }  // namespace
 
@@ -224,19 +264,24 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
   fit.motion = start;
   fit.blocks = static_cast<int>(shifts.size());
   if (shifts.size() < 6) return fit;
-  PlaneProblem problem(camera, shifts, start, params);
+  RobustResiduals residuals(camera, shifts, params);
+  ceres::TinySolver<RobustResiduals> solver;
+  solver.options.max_num_iterations = 20;
+  solver.options.function_tolerance = 1e-10;
+  Vector6d parameters(ToArray(start).data());
   constexpr int kScales = 3;
   for (int round = 0; round < kScales; ++round) {
-    if (!problem.Solve(problem.Scale())) return fit;
+    // The scale belongs to the squared residual norm: Cauchy's 2.3849 sigma keeps 95 % efficiency.
+    residuals.SetLoss(2.3849 * RobustScale(residuals, parameters.data()));
+    solver.Solve(residuals, &parameters);
+    if (!parameters.allFinite()) return fit;
   }
-  fit.sigma_px = problem.Scale();
+  fit.sigma_px = RobustScale(residuals, parameters.data());
   if (with_covariance) {
-    const auto unscaled = problem.Covariance();
-    if (!unscaled) return fit;
-    fit.covariance = fit.sigma_px * fit.sigma_px * *unscaled;
+    fit.covariance = fit.sigma_px * fit.sigma_px * CovarianceOf(residuals, parameters.data());
     if (!fit.covariance.allFinite()) return fit;
   }
-  fit.motion = FromArray(problem.At());
+  fit.motion = FromArray({parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]});
   for (const PlaneShift& shift : shifts) {
     const Eigen::Vector2d error = fit.motion.Apply(camera, shift.block.point) - shift.seen;
     const Eigen::Vector2d in_reference = shift.current_from_reference.inverse() * error;

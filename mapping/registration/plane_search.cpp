@@ -101,8 +101,8 @@ Registration PlaneSearch::FindNear(FrameSpectrum::Data& reference,
   expected.peak = params_.refine_poc_peak;
   if (expected.overlap < kMinExpectedOverlap || !IsUnique(reference)) return {};
   fine_.PrepareReference(reference);
-  const Finalist finalist =
-      fine_.Refine(reference, current, fine_.Test(reference, current, expected));
+  const Finalist finalist = fine_.Refine(
+      reference, current, fine_.Test(reference, current, expected), Effort::kTracking);
   Registration result = finalist.result;
   result.peak = finalist.agreement;
   const bool near = PriorDistance2(prior, result.motion) < kNearSigmas * kNearSigmas;
