@@ -24,7 +24,9 @@ Registration MatchPlane(const RecentKeyframe& reference,
                         const std::optional<MotionPrior>& prior,
                         bool by_compass_alone,
                         Registrar& registrar) {
-  if (!by_compass_alone) return registrar.Register(reference.spectrum, spectrum, prior);
+  if (!by_compass_alone) {
+    return registrar.Register(reference.spectrum, spectrum, prior, registration::Effort::kTracking);
+  }
   Registration alone = registrar.Register(reference.spectrum, spectrum);
   if (alone.ok() || alone.verdict == Verdict::kNoTexture) return alone;
   Registration turned = registrar.Register(reference.spectrum, spectrum, prior);

@@ -91,6 +91,10 @@ struct Odometry::Impl {
   bool Accepts(const RecentKeyframe& reference,
                const FrameSpectrum& spectrum,
                const OdometryStep& step);
+  graph::Edge Measured(const RecentKeyframe& reference,
+                       const Registration& registration,
+                       const graph::FramePose& pose) const;
+  void Sharpen(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge);
   bool TryReference(std::size_t index,
                     const FrameSpectrum& spectrum,
                     const std::optional<ExpectedPose>& expected,
@@ -205,6 +209,35 @@ bool Odometry::Impl::Accepts(const RecentKeyframe& reference,
   return true;
 }
 
+graph::Edge Odometry::Impl::Measured(const RecentKeyframe& reference,
+                                     const Registration& registration,
+                                     const graph::FramePose& pose) const {
+  graph::Edge edge = MeasuredEdge(view, registration, reference.keyframe.id, -1, params.noise);
+  InflateTiltCovariance(view, pose.tilt, edge);
+  return edge;
+}
+
+/// A frame that becomes a keyframe is measured with all blocks.
+void Odometry::Impl::Sharpen(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
+  const RecentKeyframe* const reference = recent.Find(step.pose.keyframe_id);
+  if (reference == nullptr || reference->spectrum.Heights() != nullptr) return;
+  constexpr double kSamePx = 1;
+  constexpr double kSameRad = 0.005;
+  const Registration exact =
+      registrar.Register(reference->spectrum,
+                         spectrum,
+                         registration::MotionPrior{step.registration.motion, kSamePx, kSameRad});
+  if (!exact.ok() || exact.disambiguated_by_prior) return;
+  const ImageMotion& coarse = step.registration.motion;
+  if (std::hypot(exact.motion.tx_px - coarse.tx_px, exact.motion.ty_px - coarse.ty_px) > kSamePx) {
+    return;
+  }
+  step.registration = exact;
+  edge = Measured(*reference, exact, step.pose);
+  InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base, steps), edge);
+  Place(*reference, edge, step.pose);
+}
+
 bool Odometry::Impl::TryReference(std::size_t index,
                                   const FrameSpectrum& spectrum,
                                   const std::optional<ExpectedPose>& expected,
@@ -213,8 +246,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
   const RecentKeyframe& reference = recent[index];
   step.registration = MatchFrame(view, reference, spectrum, expected, registrar);
   if (!step.registration.ok()) return false;
-  edge = MeasuredEdge(view, step.registration, reference.keyframe.id, -1, params.noise);
-  InflateTiltCovariance(view, step.pose.tilt, edge);
+  edge = Measured(reference, step.registration, step.pose);
   Place(reference, edge, step.pose);
   if (!Accepts(reference, spectrum, step)) {
     step.registration.verdict = Verdict::kAmbiguous;
@@ -386,6 +418,7 @@ OdometryStep Odometry::Process(const cv::Mat& image,
     placed = me.Track(spectrum, step, edge) || me.Recover(spectrum, step, edge) ||
              me.Restart(spectrum, image, context.wheels, step);
     if (placed && !step.new_keyframe && me.WantsKeyframe(step)) {
+      me.Sharpen(spectrum, step, edge);
       me.LearnStandard(spectrum, step);
       me.MakeKeyframe(
           step.pose, spectrum, image, edge, step.registration.disambiguated_by_prior, step);

@@ -59,7 +59,7 @@ constexpr int kFineBlockPx = 64;
 
 // Effort::kTracking: standard deviation at the corners of the image with which it is placed, fine
 // pixels.
-constexpr double kTrackedPx = 0.05;
+constexpr double kTrackedPx = 0.03;
 
 }  // namespace
 

@@ -13,14 +13,6 @@
 
 namespace ceilmap::registration {
 
-/// How many blocks the last rounds measure.
-enum class Effort {
-  kFull,  ///< RegistrarParams::final_blocks
-  /// Half of them where those determine the motion to 0.05 px at the corners of the image, standard
-  /// deviation: for an image that is only placed, and to which no other will be compared.
-  kTracking,
-};
-
 /// A hypothesis after its test with blocks.
 struct Candidate {
   ImageMotion motion;

@@ -281,7 +281,8 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
     fit.covariance = fit.sigma_px * fit.sigma_px * CovarianceOf(residuals, parameters.data());
     if (!fit.covariance.allFinite()) return fit;
   }
-  fit.motion = FromArray({parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]});
+  fit.motion = FromArray(
+      {parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]});
   for (const PlaneShift& shift : shifts) {
     const Eigen::Vector2d error = fit.motion.Apply(camera, shift.block.point) - shift.seen;
     const Eigen::Vector2d in_reference = shift.current_from_reference.inverse() * error;

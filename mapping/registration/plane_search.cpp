@@ -91,7 +91,8 @@ bool PlaneSearch::IsUnique(FrameSpectrum::Data& image) {
 
 Registration PlaneSearch::FindNear(FrameSpectrum::Data& reference,
                                    const FrameSpectrum::Data& current,
-                                   const MotionPrior& prior) {
+                                   const MotionPrior& prior,
+                                   Effort effort) {
   const bool encoded = reference.noise.IsEncoded() || current.noise.IsEncoded();
   const bool overexposed = reference.working.overexposed || current.working.overexposed;
   if (prior.sigma_px > kSharpPx * FineFactor(size_) || encoded || overexposed) return {};
@@ -101,8 +102,8 @@ Registration PlaneSearch::FindNear(FrameSpectrum::Data& reference,
   expected.peak = params_.refine_poc_peak;
   if (expected.overlap < kMinExpectedOverlap || !IsUnique(reference)) return {};
   fine_.PrepareReference(reference);
-  const Finalist finalist = fine_.Refine(
-      reference, current, fine_.Test(reference, current, expected), Effort::kTracking);
+  const Finalist finalist =
+      fine_.Refine(reference, current, fine_.Test(reference, current, expected), effort);
   Registration result = finalist.result;
   result.peak = finalist.agreement;
   const bool near = PriorDistance2(prior, result.motion) < kNearSigmas * kNearSigmas;

@@ -29,7 +29,8 @@ class PlaneSearch {
   /// not unique, or nothing near the prior explains the images.
   Registration FindNear(FrameSpectrum::Data& reference,
                         const FrameSpectrum::Data& current,
-                        const MotionPrior& prior);
+                        const MotionPrior& prior,
+                        Effort effort);
 
   /// Near the prior first; where that finds nothing, everywhere; then by features, if
   /// RegistrarParams::local_features.

@@ -190,13 +190,14 @@ heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
 
 Registration Registrar::Register(const FrameSpectrum& reference,
                                  const FrameSpectrum& current,
-                                 const std::optional<MotionPrior>& prior) {
+                                 const std::optional<MotionPrior>& prior,
+                                 Effort effort) {
   CheckNotEmpty(reference, current, "Register");
   FrameSpectrum::Data& ref = *reference.data_;
   FrameSpectrum::Data& cur = *current.data_;
   PlaneSearch search(impl_->coarse, impl_->fine, impl_->params, impl_->size);
   if (prior && !reference.heights_) {
-    Registration near = search.FindNear(ref, cur, *prior);
+    Registration near = search.FindNear(ref, cur, *prior, effort);
     if (near.ok()) return near;
   }
   if (std::min(impl_->coarse.Of(ref).contrast, impl_->coarse.Of(cur).contrast) < kMinContrast) {

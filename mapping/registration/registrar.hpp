@@ -33,6 +33,15 @@ struct MotionPrior {
   double sigma_theta_rad = 0;  ///< > 0
 };
 
+/// How many blocks the last rounds of a registration measure.
+enum class Effort {
+  kFull,  ///< RegistrarParams::final_blocks
+  /// Near a sharp prior half of them, where those determine the motion to 0.03 px at the corners of
+  /// the image, standard deviation: for an image that is only placed, and with which no other will
+  /// be compared.
+  kTracking,
+};
+
 struct Registration {
   Verdict verdict = Verdict::kNoMatch;
   ImageMotion motion;  ///< reference -> current; valid if ok(), and one of several if kAmbiguous
@@ -166,7 +175,8 @@ class Registrar {
   /// causes an exception.
   [[nodiscard]] Registration Register(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
-                                      const std::optional<MotionPrior>& prior = std::nullopt);
+                                      const std::optional<MotionPrior>& prior = std::nullopt,
+                                      Effort effort = Effort::kFull);
 
   /// The same where nothing is known of the heights of the reference, and the ceiling may have
   /// depth. The result has heights. @param start  A motion near which the true one may be, as the
