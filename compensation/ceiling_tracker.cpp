@@ -179,7 +179,11 @@ PlaneFit CeilingTracker::Find(Frame& frame) {
 PlaneFit CeilingTracker::Fit(const Frame& frame, const PlaneMotion& start) {
   return reference_.spectrum.Heights() != nullptr
              ? registrar_.RefineWithDepth(reference_.spectrum, frame.image.spectrum, start)
-             : registrar_.RefinePlane(reference_.spectrum, frame.image.spectrum, camera_, start);
+             : registrar_.RefinePlane(reference_.spectrum,
+                                      frame.image.spectrum,
+                                      camera_,
+                                      start,
+                                      {.effort = registration::Effort::kTracking});
 }
 
 /// Whether heights explain the images where one plane does not; the reference then has them. Until

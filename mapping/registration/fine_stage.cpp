@@ -387,8 +387,14 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params,
                                 int rounds) {
-  PlaneMeasurement measurement(fine_, fine_frame_, {reference.fine, current.fine}, camera);
-  return measurement.Fit(start, params, rounds, params_.final_blocks);
+  PlaneMeasurement rough(rough_,
+                         rough_frame_,
+                         {reference.rough, current.rough},
+                         fine_frame_.CameraOf(camera));
+  const PlaneFit near = rough.Approach(start, params);
+  if (!near.ok) return near;
+  PlaneMeasurement fine(fine_, fine_frame_, {reference.fine, current.fine}, camera);
+  return fine.Fit(near.motion, params, rounds, params_.final_blocks);
 }
 
 std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Data& reference,

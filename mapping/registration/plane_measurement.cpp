@@ -1,16 +1,27 @@
 #include "mapping/registration/plane_measurement.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <utility>
 
 namespace ceilmap::registration {
 namespace {
 
-constexpr int kFirstPlaneBlocks = 24;  // of the first round
-// Distances within which the peak of a block is searched, pixels of the level: in the first round,
-// and from a motion that was fitted.
-constexpr int kFarPx = 16;
+constexpr int kFirstPlaneBlocks = 24;
+// Distances within which the peak of a block is searched, pixels of the level: from the start, and
+// from a motion that was fitted.
+constexpr int kFarPx = 8;
 constexpr int kNearPx = 4;
+
+/// Whether the tilt is zero within its standard deviations, and these are small.
+bool IsSurelyLevel(const PlaneFit& fit) {
+  constexpr double kSigmas = 3;
+  constexpr double kMaxSigmaRad = 7e-4;  // 0.04 degrees
+  const Eigen::Vector2d tilt(fit.motion.tilt_x, fit.motion.tilt_y);
+  const Eigen::Matrix2d covariance = fit.covariance.bottomRightCorner<2, 2>();
+  return covariance.diagonal().maxCoeff() < kMaxSigmaRad * kMaxSigmaRad &&
+         tilt.dot(covariance.inverse() * tilt) < kSigmas * kSigmas;
+}
 
 }  // namespace
 
@@ -38,36 +49,58 @@ std::vector<int> PlaneMeasurement::Select(const PlaneMotion& motion, int count) 
   return blocks_.Select(images_.reference, images_.current, rough, count);
 }
 
+PlaneFit PlaneMeasurement::Approach(const PlaneMotion& start, const PlaneFitParams& params) {
+  std::vector<PlaneShift> shifts;
+  blocks_.MeasurePlane(images_.reference,
+                       images_.current,
+                       camera_,
+                       start,
+                       Select(start, kFirstPlaneBlocks),
+                       kFarPx,
+                       shifts);
+  return FitPlaneMotion(camera_, shifts, start, params, false);
+}
+
+/// One round. With Effort::kTracking, half of the blocks are sufficient for a level camera.
+PlaneFit PlaneMeasurement::FitOnce(const PlaneMotion& from,
+                                   const PlaneFitParams& params,
+                                   int count) {
+  std::vector<PlaneShift> shifts;
+  const auto measure = [&](const std::vector<int>& chosen, std::vector<PlaneShift>& out) {
+    blocks_.MeasurePlane(
+        images_.reference, images_.current, camera_, from, chosen, kNearPx, out);
+  };
+  if (params.effort == Effort::kFull) {
+    measure(Select(from, count), shifts);
+    return FitPlaneMotion(camera_, shifts, from, params);
+  }
+  const std::vector<int> first = Select(from, kFirstPlaneBlocks);
+  measure(first, shifts);
+  const PlaneFit quick = FitPlaneMotion(camera_, shifts, from, params);
+  if (quick.ok && IsSurelyLevel(quick)) return quick;
+  std::vector<int> others = Select(from, count);
+  std::erase_if(others, [&first](int block) {
+    return std::find(first.begin(), first.end(), block) != first.end();
+  });
+  std::vector<PlaneShift> more;
+  measure(others, more);
+  shifts.insert(shifts.end(), more.begin(), more.end());
+  return FitPlaneMotion(camera_, shifts, from, params);
+}
+
 PlaneFit PlaneMeasurement::Fit(const PlaneMotion& start,
                                const PlaneFitParams& params,
                                int rounds,
                                int count) {
   PlaneFit fit;
   fit.motion = start;
-  std::vector<PlaneShift> shifts;
-  std::vector<PlaneShift> measured;
-  std::vector<int> valid;  // blocks of `shifts` that need not be measured again
   for (int round = 0; round < rounds; ++round) {
-    const int wanted = round == 0 ? kFirstPlaneBlocks : count;
-    std::vector<int> chosen = Select(fit.motion, wanted);
-    if (valid.empty()) shifts.clear();
-    std::erase_if(chosen, [&valid](int block) {
-      return std::find(valid.begin(), valid.end(), block) != valid.end();
-    });
-    const int search_px = round == 0 ? kFarPx : kNearPx;
-    blocks_.MeasurePlane(
-        images_.reference, images_.current, camera_, fit.motion, chosen, search_px, measured);
-    shifts.insert(shifts.end(), measured.begin(), measured.end());
     const PlaneMotion from = fit.motion;
-    const bool prepares = round == 0 && rounds > 1;
-    fit = FitPlaneMotion(camera_, shifts, from, params, !prepares);
+    fit = FitOnce(from, params, count);
     if (!fit.ok) return fit;
     // A block measured again from less than this distance would give the same shift.
     constexpr double kSettledPx = 0.3;
-    const bool settled = CornerStep(from, fit.motion) < kSettledPx;
-    if (round > 0 && settled) break;
-    valid.clear();
-    if (settled) valid = std::move(chosen);
+    if (CornerStep(from, fit.motion) < kSettledPx) break;
   }
   fit.sigma_px *= frame_.factor;
   return fit;

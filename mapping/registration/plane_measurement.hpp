@@ -26,9 +26,12 @@ class PlaneMeasurement {
                    const PlaneCamera& camera)
       : blocks_(blocks), frame_(frame), images_(images), camera_(frame.CameraOf(camera)) {}
 
-  /// Measures and fits from `start`, known to about 16 pixels of the level, until the motion
-  /// converges, at most `rounds` times. @param count  Maximum number of blocks from the second
-  /// round on.
+  /// A first round with few blocks from `start`, known to about 8 pixels of the level. Its motion
+  /// is near enough for Fit on a level of twice the resolution; it has no covariance.
+  PlaneFit Approach(const PlaneMotion& start, const PlaneFitParams& params);
+
+  /// Measures and fits from `start`, known to about 4 pixels of the level, until the motion
+  /// converges, at most `rounds` times. @param count  Maximum number of blocks.
   PlaneFit Fit(const PlaneMotion& start, const PlaneFitParams& params, int rounds, int count);
 
   /// The measurements at a motion that is known to one or two pixels: of the full image, relative
@@ -36,6 +39,7 @@ class PlaneMeasurement {
   std::vector<PlaneShift> Measure(const PlaneMotion& motion, int count);
 
  private:
+  PlaneFit FitOnce(const PlaneMotion& from, const PlaneFitParams& params, int count);
   [[nodiscard]] std::vector<int> Select(const PlaneMotion& motion, int count) const;
   [[nodiscard]] double CornerStep(const PlaneMotion& a, const PlaneMotion& b) const;
 

@@ -217,8 +217,8 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
                                 const PlaneMotion& start,
                                 const PlaneFitParams& params) {
   CheckNotEmpty(reference, current, "RefinePlane");
-  constexpr int kRounds = 3;
-  impl_->fine.PrepareFine(*reference.data_);
+  constexpr int kRounds = 2;
+  impl_->fine.PrepareReference(*reference.data_);
   return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
 }
 

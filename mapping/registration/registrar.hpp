@@ -33,15 +33,6 @@ struct MotionPrior {
   double sigma_theta_rad = 0;  ///< > 0
 };
 
-/// How many blocks the last rounds of a registration measure.
-enum class Effort {
-  kFull,  ///< RegistrarParams::final_blocks
-  /// Near a sharp prior half of them, where those determine the motion to 0.03 px at the corners of
-  /// the image, standard deviation: for an image that is only placed, and with which no other will
-  /// be compared.
-  kTracking,
-};
-
 struct Registration {
   Verdict verdict = Verdict::kNoMatch;
   ImageMotion motion;  ///< reference -> current; valid if ok(), and one of several if kAmbiguous
