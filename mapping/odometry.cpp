@@ -8,9 +8,9 @@
 #include "calib/base/error.hpp"
 #include "calib/base/pose_with_covariance.hpp"
 #include "calib/level_view.hpp"
+#include "mapping/frame_acceptance.hpp"
 #include "mapping/frame_matching.hpp"
 #include "mapping/frame_prediction.hpp"
-#include "mapping/match_gate.hpp"
 #include "mapping/planar_motion.hpp"
 #include "mapping/recent_keyframes.hpp"
 #include "mapping/repetition.hpp"
@@ -36,13 +36,6 @@ constexpr double kMinInlierRatio = 0.5;
 constexpr double kLevelOverlap = 0.9;
 constexpr double kMinTiltedOverlap = 0.5;
 
-// A smaller motion counts as none.
-constexpr double kStillPx = 1;
-constexpr double kStillRad = 0.003;
-// Largest dissimilarity of two encoded images of a robot that stands, nats. Measured with x264 at
-// CRF 18 to 40: 0.4 to 1.0; where the codec repeated texture while the robot moved: 1.2 to 2.9.
-constexpr double kMaxStillDissimilarity = 1.15;
-
 /// The frame before the current one, kept because it may have to become a keyframe.
 struct LastFrame {
   graph::FramePose pose;
@@ -67,7 +60,7 @@ struct Odometry::Impl {
   OdometryParams params;
   Registrar registrar;
   FramePrediction prediction;
-  MatchGate standard;      // learned from the edges of keyframes
+  FrameAcceptance acceptance{view, prediction, registrar};
   RecentKeyframes recent;  // the latest one is the reference
   std::int64_t next_id = params.first_keyframe_id;
   std::optional<LastFrame> last;
@@ -77,20 +70,14 @@ struct Odometry::Impl {
   int steps = 1;                 // FramePrediction::StepsTo of the current frame
   double best_inlier_ratio = 0;  // of the frames that the reference placed
 
+  [[nodiscard]] FrameBefore Before() const {
+    return {last_placed, last ? &last->spectrum : nullptr, last ? last->pose.T_map_base : Pose2{}};
+  }
   void Place(const RecentKeyframe& reference,
              const graph::Edge& edge,
              graph::FramePose& pose) const;
   bool Start(const FrameSpectrum& spectrum, const cv::Mat& image, OdometryStep& step);
-  MatchQuality Quality(const RecentKeyframe& reference,
-                       const FrameSpectrum& spectrum,
-                       const Registration& registration);
   void LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step);
-  bool RestsOnCopies(const RecentKeyframe& reference,
-                     const FrameSpectrum& spectrum,
-                     const OdometryStep& step);
-  bool Accepts(const RecentKeyframe& reference,
-               const FrameSpectrum& spectrum,
-               const OdometryStep& step);
   graph::Edge Measured(const RecentKeyframe& reference,
                        const Registration& registration,
                        const graph::FramePose& pose) const;
@@ -148,65 +135,11 @@ bool Odometry::Impl::Start(const FrameSpectrum& spectrum,
   return true;
 }
 
-MatchQuality Odometry::Impl::Quality(const RecentKeyframe& reference,
-                                     const FrameSpectrum& spectrum,
-                                     const Registration& registration) {
-  return QualityOf(registration,
-                   registrar.Compare(reference.spectrum, spectrum, registration.motion));
-}
-
-/// Learns the gate from a frame that was tracked continuously from the keyframe that placed it.
+/// Learns from a frame that was tracked continuously from the keyframe that placed it.
 void Odometry::Impl::LearnStandard(const FrameSpectrum& spectrum, const OdometryStep& step) {
   const RecentKeyframe* const reference = recent.Find(step.pose.keyframe_id);
   if (reference == nullptr || prediction.CeilingHidden()) return;
-  standard.Add(Quality(*reference, spectrum, step.registration));
-}
-
-/// Whether the image fits only because a codec repeated weak texture at the same pixels while the
-/// robot moved on. If the robot really stands, all of an encoded image stays the same, and it has
-/// braked before.
-bool Odometry::Impl::RestsOnCopies(const RecentKeyframe& reference,
-                                   const FrameSpectrum& spectrum,
-                                   const OdometryStep& step) {
-  if (!spectrum.IsEncoded()) return false;
-  const auto motion_since = [&](const Pose2& T_map_before) {
-    return ImageMotionOf(view, T_map_before.Inverse() * step.pose.T_map_base);
-  };
-  const auto still = [](const ImageMotion& motion) {
-    return std::hypot(motion.tx_px, motion.ty_px) < kStillPx &&
-           std::abs(motion.theta_rad) < kStillRad;
-  };
-  const auto copies = [&](const FrameSpectrum& before, const Pose2& T_map_before) {
-    const ImageMotion motion = motion_since(T_map_before);
-    return still(motion) &&
-           registrar.Compare(before, spectrum, motion).mean > kMaxStillDissimilarity;
-  };
-  if (last_placed && still(motion_since(*last_placed)) && prediction.MustHaveMoved()) return true;
-  return copies(reference.spectrum, reference.keyframe.pose.T_map_base) ||
-         (last && copies(last->spectrum, last->pose.T_map_base));
-}
-
-/// Whether the robot can be where the registration puts it. Against the motion, only a place that
-/// is unique and looks as it did is accepted.
-bool Odometry::Impl::Accepts(const RecentKeyframe& reference,
-                             const FrameSpectrum& spectrum,
-                             const OdometryStep& step) {
-  const auto looks_right = [&] {
-    return standard.Accepts(Quality(reference, spectrum, step.registration));
-  };
-  steps = 1;
-  if (RestsOnCopies(reference, spectrum, step)) return false;
-  if (prediction.CeilingHidden()) return looks_right();
-  if (prediction.WheelsAgree(step.pose.T_map_base)) return true;
-  // In the dark the wheels may have slipped, but the ceiling alone says little after a gap.
-  if (prediction.WheelMotion() && prediction.AfterGap()) {
-    return !step.registration.disambiguated_by_prior && looks_right();
-  }
-  if (prediction.CanBeAt(step.pose.T_map_base)) return true;
-  const std::optional<int> found = prediction.StepsTo(step.pose.T_map_base);
-  if (!found || step.registration.disambiguated_by_prior || !looks_right()) return false;
-  steps = *found;
-  return true;
+  acceptance.Learn(*reference, spectrum, step.registration);
 }
 
 graph::Edge Odometry::Impl::Measured(const RecentKeyframe& reference,
@@ -248,7 +181,10 @@ bool Odometry::Impl::TryReference(std::size_t index,
   if (!step.registration.ok()) return false;
   edge = Measured(reference, step.registration, step.pose);
   Place(reference, edge, step.pose);
-  if (!Accepts(reference, spectrum, step)) {
+  const std::optional<int> accepted =
+      acceptance.StepsTo({reference, spectrum, step.registration, step.pose.T_map_base}, Before());
+  steps = accepted.value_or(1);
+  if (!accepted) {
     step.registration.verdict = Verdict::kAmbiguous;
     return false;
   }
