@@ -73,9 +73,10 @@ bool PlaneSearch::ResemblesItself(FrameSpectrum::Data& image) {
       itself = std::max(itself, candidate.Agreement());
     }
   }
-  return std::any_of(others.begin(), others.end(), [itself](const Candidate& other) {
-    return other.Agreement() >= kResemblance * itself;
-  });
+  // An image that shows nothing is not even like itself.
+  return itself <= 0 || std::any_of(others.begin(), others.end(), [itself](const Candidate& other) {
+           return other.Agreement() >= kResemblance * itself;
+         });
 }
 
 bool PlaneSearch::IsUnique(FrameSpectrum::Data& image) {
