@@ -183,7 +183,8 @@ PlaneFit CeilingTracker::Fit(const Frame& frame, const PlaneMotion& start) {
                                       frame.image.spectrum,
                                       camera_,
                                       start,
-                                      {.effort = registration::Effort::kTracking});
+                                      {},
+                                      registration::Effort::kTracking);
 }
 
 /// Whether heights explain the images where one plane does not; the reference then has them. Until

@@ -103,7 +103,8 @@ class FineStage {
                        const PlaneCamera& camera,
                        const PlaneMotion& start,
                        const PlaneFitParams& params,
-                       int rounds);
+                       int rounds,
+                       Effort effort);
 
   /// PlaneMeasurement::Measure with blocks of the fine level.
   std::vector<PlaneShift> MeasurePlane(const FrameSpectrum::Data& reference,

@@ -64,13 +64,13 @@ PlaneFit PlaneMeasurement::Approach(const PlaneMotion& start, const PlaneFitPara
 /// One round. With Effort::kTracking, half of the blocks are sufficient for a level camera.
 PlaneFit PlaneMeasurement::FitOnce(const PlaneMotion& from,
                                    const PlaneFitParams& params,
-                                   int count) {
+                                   int count,
+                                   Effort effort) {
   std::vector<PlaneShift> shifts;
   const auto measure = [&](const std::vector<int>& chosen, std::vector<PlaneShift>& out) {
-    blocks_.MeasurePlane(
-        images_.reference, images_.current, camera_, from, chosen, kNearPx, out);
+    blocks_.MeasurePlane(images_.reference, images_.current, camera_, from, chosen, kNearPx, out);
   };
-  if (params.effort == Effort::kFull) {
+  if (effort == Effort::kFull) {
     measure(Select(from, count), shifts);
     return FitPlaneMotion(camera_, shifts, from, params);
   }
@@ -88,15 +88,13 @@ PlaneFit PlaneMeasurement::FitOnce(const PlaneMotion& from,
   return FitPlaneMotion(camera_, shifts, from, params);
 }
 
-PlaneFit PlaneMeasurement::Fit(const PlaneMotion& start,
-                               const PlaneFitParams& params,
-                               int rounds,
-                               int count) {
+PlaneFit PlaneMeasurement::Fit(
+    const PlaneMotion& start, const PlaneFitParams& params, int rounds, int count, Effort effort) {
   PlaneFit fit;
   fit.motion = start;
   for (int round = 0; round < rounds; ++round) {
     const PlaneMotion from = fit.motion;
-    fit = FitOnce(from, params, count);
+    fit = FitOnce(from, params, count, effort);
     if (!fit.ok) return fit;
     // A block measured again from less than this distance would give the same shift.
     constexpr double kSettledPx = 0.3;

@@ -32,14 +32,15 @@ class PlaneMeasurement {
 
   /// Measures and fits from `start`, known to about 4 pixels of the level, until the motion
   /// converges, at most `rounds` times. @param count  Maximum number of blocks.
-  PlaneFit Fit(const PlaneMotion& start, const PlaneFitParams& params, int rounds, int count);
+  PlaneFit Fit(
+      const PlaneMotion& start, const PlaneFitParams& params, int rounds, int count, Effort effort);
 
   /// The measurements at a motion that is known to one or two pixels: of the full image, relative
   /// to its centre. @param count  Maximum number of blocks.
   std::vector<PlaneShift> Measure(const PlaneMotion& motion, int count);
 
  private:
-  PlaneFit FitOnce(const PlaneMotion& from, const PlaneFitParams& params, int count);
+  PlaneFit FitOnce(const PlaneMotion& from, const PlaneFitParams& params, int count, Effort effort);
   [[nodiscard]] std::vector<int> Select(const PlaneMotion& motion, int count) const;
   [[nodiscard]] double CornerStep(const PlaneMotion& a, const PlaneMotion& b) const;
 

@@ -68,7 +68,6 @@ struct PlaneShift {
 struct PlaneFitParams {
   bool fit_height = true;  ///< false: the camera keeps its height (tz = start.height)
   bool fit_tilt = true;    ///< false: level camera; tilts stay as they start
-  Effort effort = Effort::kFull;  ///< blocks of a measurement; FitPlaneMotion fits all that it gets
 };
 
 struct PlaneFit {

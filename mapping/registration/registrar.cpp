@@ -215,11 +215,13 @@ PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,
                                 const FrameSpectrum& current,
                                 const PlaneCamera& camera,
                                 const PlaneMotion& start,
-                                const PlaneFitParams& params) {
+                                const PlaneFitParams& params,
+                                Effort effort) {
   CheckNotEmpty(reference, current, "RefinePlane");
   constexpr int kRounds = 2;
   impl_->fine.PrepareReference(*reference.data_);
-  return impl_->fine.RefinePlane(*reference.data_, *current.data_, camera, start, params, kRounds);
+  return impl_->fine.RefinePlane(
+      *reference.data_, *current.data_, camera, start, params, kRounds, effort);
 }
 
 std::vector<PlaneShift> Registrar::MeasurePlane(const FrameSpectrum& reference,

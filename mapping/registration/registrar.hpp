@@ -236,7 +236,8 @@ class Registrar {
                                      const FrameSpectrum& current,
                                      const PlaneCamera& camera,
                                      const PlaneMotion& start,
-                                     const PlaneFitParams& params = {});
+                                     const PlaneFitParams& params = {},
+                                     Effort effort = Effort::kFull);
 
   /// The same under a ceiling with depth. @param reference  has heights; a level view.
   [[nodiscard]] PlaneFit RefineWithDepth(const FrameSpectrum& reference,
