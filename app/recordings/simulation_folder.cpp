@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::array kFormats{
     RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kImages};
-constexpr std::array kCameras{"up", "forward", "omni"};
+constexpr std::array kCameraNames{"up", "forward", "omni"};
 constexpr std::array<const char*, 8> kTextNames{"frames.csv",
                                                 "truth.tum",
                                                 "rig.yaml",
@@ -33,7 +33,7 @@ constexpr std::array<const char*, 8> kTextNames{"frames.csv",
 // All names that images of a recording may have.
 std::vector<fs::path> ImageNames() {
   std::vector<fs::path> names;
-  for (const char* camera : kCameras) {
+  for (const char* camera : kCameraNames) {
     for (const RecordingFormat format : kFormats) names.push_back(RecordingName(camera, format));
   }
   return names;
@@ -105,7 +105,7 @@ void SimulationFolder::RefuseEarlier(files::Existing existing) const {
                     folder_.string(),
                     name.string()));
   }
-  for (const char* camera : kCameras) {
+  for (const char* camera : kCameraNames) {
     const fs::path folder = folder_ / RecordingName(camera, RecordingFormat::kImages);
     if (!fs::exists(folder, ignored) || HoldsOnlyRecording(folder)) continue;
     throw InputError(fmt::format(

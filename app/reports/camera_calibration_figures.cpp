@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 namespace ceilmap::reports {
 namespace {
 
-using calibration::Coverage;
 using calibration::SolvedView;
 
 constexpr int kWidthPx = 860;
@@ -86,13 +85,13 @@ figures::Figure CoverageFigure(const calibration::CameraCalibration& calibration
   const cv::Size size = calibration.solution.lens.Size();
   std::string cells = "u_px,v_px,boards\n";
   for (std::size_t i = 0; i < calibration.coverage.boards.size(); ++i) {
-    const std::size_t row = i / Coverage::kColumns;
-    const std::size_t column = i % Coverage::kColumns;
-    cells +=
-        fmt::format("{:.2f},{:.2f},{}\n",
-                    (static_cast<double>(column) + 0.5) * size.width / Coverage::kColumns - 0.5,
-                    (static_cast<double>(row) + 0.5) * size.height / Coverage::kRows - 0.5,
-                    calibration.coverage.boards[i]);
+    const std::size_t row = i / calibration::Coverage::kColumns;
+    const std::size_t column = i % calibration::Coverage::kColumns;
+    cells += fmt::format(
+        "{:.2f},{:.2f},{}\n",
+        (static_cast<double>(column) + 0.5) * size.width / calibration::Coverage::kColumns - 0.5,
+        (static_cast<double>(row) + 0.5) * size.height / calibration::Coverage::kRows - 0.5,
+        calibration.coverage.boards[i]);
   }
   figures::Figure figure;
   figure.name = "coverage";

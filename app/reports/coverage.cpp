@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/reports/recording_checks.hpp"
+
 namespace ceilmap::reports {
 namespace {
-
-// A larger fraction of the noise of a sensor is missing only in strongly compressed videos.
-constexpr double kMaxCodingLoss = 0.5;
 
 bool IsFailure(const Coverage& coverage) {
   return 10 * coverage.on_map < coverage.frames;

@@ -8,10 +8,8 @@ namespace {
 // Fewer frames than this number, or than this fraction of all, may be estimated by chance.
 constexpr std::int64_t kMinFrames = 3;
 constexpr double kMinRatio = 0.01;
-// x264 and x265 at CRF 30 and above have less, bits per pixel (tests/faults/README.md) ...
+// x264 and x265 at CRF 30 and above have less, bits per pixel (tests/faults/README.md).
 constexpr double kMinBitsPerPixel = 0.05;
-// ... and remove more than this of the noise. A video of a dark or bare ceiling may be small too.
-constexpr double kMaxCodingLoss = 0.5;
 
 bool IsNotable(std::int64_t count, std::int64_t frames) {
   return count >= kMinFrames &&

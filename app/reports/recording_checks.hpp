@@ -7,6 +7,10 @@
 
 namespace ceilmap::reports {
 
+/// A larger fraction of the noise of a sensor is missing only in strongly compressed videos, and in
+/// those of a dark or bare ceiling.
+inline constexpr double kMaxCodingLoss = 0.5;
+
 /// What a run measured of its upward recording.
 struct RecordingFacts {
   std::string source;  ///< its name

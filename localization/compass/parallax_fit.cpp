@@ -21,7 +21,7 @@ constexpr double kRoughness = 0.5;
 // Standard deviation of a sector's shift beyond its own noise, rad, > 0: a constant, and a ratio
 // of the shift that travel causes there (objects at several distances in one direction). Ahead and
 // behind there is none, so that these directions count most.
-constexpr double kFloorRad = 0.0014;
+constexpr double kShiftFloorRad = 0.0014;
 constexpr double kFloorRatio = 0.055;
 // Residuals beyond this number of standard deviations lose weight progressively, > 0.
 constexpr double kRobustSigmas = 1.4;
@@ -66,7 +66,7 @@ double Model(double azimuth_rad, const Vector& terms, const Vector& x, Vector& d
 /// Of a sector's shift beyond its own noise.
 double FloorVariance(double azimuth_rad, const Vector& x) {
   const double travelled = x[kSeries] * std::sin(azimuth_rad - x[kDirection]);
-  const double sigma = kFloorRad + kFloorRatio * std::abs(travelled);
+  const double sigma = kShiftFloorRad + kFloorRatio * std::abs(travelled);
   return sigma * sigma;
 }
 
