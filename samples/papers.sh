@@ -43,7 +43,7 @@ table() {
         else if (c != "," || (quoted && i <= length(line))) field = field c
         else {
           if (tag == "th") gsub("_", " ", field)
-          if (field ~ /^-?[0-9]+\.[0-9]+$/) field = sprintf("%.4g", field)
+          if (field ~ /^-?[0-9]+\.[0-9]+(e[-+][0-9]+)?$/) field = sprintf("%.4g", field)
           row = row "<" tag ">" field "</" tag ">"
           field = ""
         }
