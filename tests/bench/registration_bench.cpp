@@ -96,6 +96,22 @@ void BothWithScale(benchmark::State& state) {
   RegisterFrames(state, "both, scale", true);
 }
 
+/// One streamed frame near a prediction that is 3 px off.
+void Tracked(benchmark::State& state) {
+  Registrar registrar(kSize);
+  const FrameSpectrum reference = registrar.Analyze(Frames().reference);
+  RunFrames(state, "tracked", [&](std::size_t i) {
+    const FrameSpectrum current = registrar.Analyze(Frames().frames[i]);
+    registration::MotionPrior prior{Frames().motions[i], 4, 0.02};
+    prior.motion.tx_px += 3 * std::numbers::sqrt2 / 2;
+    prior.motion.ty_px -= 3 * std::numbers::sqrt2 / 2;
+    prior.motion.theta_rad += 0.2 * kRadPerDeg;
+    return Answer(registrar.Register(reference, current, prior, registration::Effort::kTracking),
+                  kFineBoundPx,
+                  kFineBoundDeg);
+  });
+}
+
 double Quantile(std::vector<double> values, double part) {
   if (values.empty()) return std::nan("");
   const auto at = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
@@ -108,13 +124,14 @@ void PrintTable() {
   fmt::print("\n640x480, one thread, processor time in ms per frame over all repetitions\n");
   fmt::print("{:<16}{:>9}{:>9}\n", "", "median", "p95");
   for (const char* name :
-       {"floor", "coarse", "fine", "both", "both, scale", "OpenCV pieces", "ORB"}) {
+       {"floor", "coarse", "fine", "both", "both, scale", "tracked", "OpenCV pieces", "ORB"}) {
     fmt::print("{:<16}{:>9.2f}{:>9.2f}\n", name, median(name), Quantile(FrameTimes()[name], 0.95));
   }
   fmt::print("\nratios of the medians\n");
   for (const auto& [over, under] : {std::pair{"coarse", "floor"},
                                     {"both", "floor"},
                                     {"both, scale", "floor"},
+                                    {"tracked", "floor"},
                                     {"OpenCV pieces", "both"},
                                     {"ORB", "both"}}) {
     fmt::print(
@@ -145,6 +162,7 @@ int Main(int argc, char** argv) {
       {"fine", Fine},
       {"both", Both},
       {"both_scale", BothWithScale},
+      {"tracked", Tracked},
       {"opencv_pieces", OpenCv},
       {"orb", Orb}};
   for (const auto& [name, function] : all) {
