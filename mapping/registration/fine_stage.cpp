@@ -319,7 +319,7 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
                                 Effort effort) {
   PlaneMeasurement rough(
       rough_, rough_frame_, {reference.rough, current.rough}, fine_frame_.CameraOf(camera));
-  const PlaneFit near = rough.Approach(start, params);
+  PlaneFit near = rough.Approach(start, params);
   if (!near.ok) return near;
   PlaneMeasurement fine(fine_, fine_frame_, {reference.fine, current.fine}, camera);
   return fine.Fit(near.motion, params, rounds, params_.final_blocks, effort);

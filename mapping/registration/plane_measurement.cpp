@@ -76,7 +76,7 @@ PlaneFit PlaneMeasurement::FitOnce(const PlaneMotion& from,
   }
   const std::vector<int> first = Select(from, kFirstPlaneBlocks);
   measure(first, shifts);
-  const PlaneFit quick = FitPlaneMotion(camera_, shifts, from, params);
+  PlaneFit quick = FitPlaneMotion(camera_, shifts, from, params);
   if (quick.ok && IsSurelyLevel(quick)) return quick;
   std::vector<int> others = Select(from, count);
   std::erase_if(others, [&first](int block) {

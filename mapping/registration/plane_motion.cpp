@@ -140,7 +140,10 @@ namespace {
 class RobustResiduals {
  public:
   using Scalar = double;
+  // As ceres::TinySolver names them.
+  // NOLINTBEGIN(readability-identifier-naming)
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
+  // NOLINTEND(readability-identifier-naming)
   using Jet = ceres::Jet<double, NUM_PARAMETERS>;
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, NUM_PARAMETERS>;
 

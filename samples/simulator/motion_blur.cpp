@@ -4,21 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "samples/simulator/pose_interpolation.hpp"
+
 namespace ceilmap::simulator {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-/// Interpolates between two poses near each other.
-Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double fraction) {
-  const Eigen::Quaterniond a(T_map_a.linear());
-  Isometry3d T = Isometry3d::Identity();
-  T.linear() = a.slerp(fraction, Eigen::Quaterniond(T_map_b.linear())).toRotationMatrix();
-  T.translation() = (1 - fraction) * T_map_a.translation() + fraction * T_map_b.translation();
-  return T;
-}
 
 /// Length of a ray from inside the room to its hull, in lengths of `direction`.
 double DistanceToHull(const Vector3d& from, const Vector3d& direction, const Room& room) {

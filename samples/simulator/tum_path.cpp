@@ -6,21 +6,12 @@
 
 #include "calib/base/error.hpp"
 #include "samples/simulator/cameras_inside.hpp"
+#include "samples/simulator/pose_interpolation.hpp"
 
 namespace ceilmap::simulator {
 namespace {
 
 using Eigen::Isometry3d;
-
-/// Interpolates between two poses.
-Isometry3d Between(const Isometry3d& T_map_a, const Isometry3d& T_map_b, double fraction) {
-  const Eigen::Quaterniond a(T_map_a.linear());
-  const Eigen::Quaterniond b(T_map_b.linear());
-  Isometry3d T = Isometry3d::Identity();
-  T.linear() = a.slerp(fraction, b).toRotationMatrix();
-  T.translation() = (1 - fraction) * T_map_a.translation() + fraction * T_map_b.translation();
-  return T;
-}
 
 /// `offset_s` after frame i, at most half-way to its neighbour.
 Isometry3d Near(const std::vector<Frame>& frames, std::size_t i, double offset_s) {
