@@ -30,6 +30,13 @@ kernels::Affine SamplingMap(const ImageMotion& motion, cv::Size size, cv::Point 
 
 }  // namespace
 
+std::vector<int> Without(std::vector<int> blocks, const std::vector<int>& chosen) {
+  std::erase_if(blocks, [&chosen](int block) {
+    return std::find(chosen.begin(), chosen.end(), block) != chosen.end();
+  });
+  return blocks;
+}
+
 BlockStage::BlockStage(cv::Size size,
                        const cv::Mat& mask,
                        const BlockGrid& grid,

@@ -25,6 +25,9 @@ struct BlockGrid {
   bool removes_slope = true;
 };
 
+/// Blocks that are not among the chosen ones, in their order.
+std::vector<int> Without(std::vector<int> blocks, const std::vector<int>& chosen);
+
 /// The fine stage: block POC. A grid of small blocks of the reference is compared with the current
 /// image sampled under an approximate motion; each block gives the remaining shift, to a few
 /// hundredths of a pixel (peak of the band-limited phase-only correlation, Takita et al. 2003; with

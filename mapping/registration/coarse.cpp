@@ -143,7 +143,11 @@ void CoarseStage::Reduce(const cv::Mat& grey, const cv::Mat& mask, WorkingImage&
                       work_.width,
                       work_.height,
                       image.grey.data());
-  image.mask = mask.clone();
+  if (mask.empty()) {
+    image.mask.release();
+  } else {
+    mask.copyTo(image.mask);
+  }
   image.overexposed = IsOverexposed(image.grey);
 }
 

@@ -115,10 +115,8 @@ void FineStage::MeasureFine(const FrameSpectrum::Data& reference,
 void FineStage::MeasureOtherFine(const FrameSpectrum::Data& reference,
                                  const FrameSpectrum::Data& current,
                                  const ImageMotion& motion) {
-  auto others = fine_.Select(reference.fine, current.fine, motion, params_.final_blocks);
-  std::erase_if(others, [this](int block) {
-    return std::find(chosen_.begin(), chosen_.end(), block) != chosen_.end();
-  });
+  const std::vector<int> others =
+      Without(fine_.Select(reference.fine, current.fine, motion, params_.final_blocks), chosen_);
   fine_.Measure(reference.fine, current.fine, motion, others, kCloseSearch, others_);
   shifts_.insert(shifts_.end(), others_.begin(), others_.end());
 }

@@ -48,6 +48,11 @@ struct FrameSpectrum::Coarse {
   ComplexArray rings;     ///< polar amplitude profiles, transformed (PolarSearch)
   ImageNoise noise;       ///< of the image at full resolution
   float contrast = 0;     ///< standard deviation of `flat`, grey levels; 0 of overexposed images
+
+  [[nodiscard]] bool ShowsTexture() const {
+    constexpr float kMinContrast = 0.25F;
+    return contrast >= kMinContrast;
+  }
 };
 
 /// All data of a FrameSpectrum. Immutable once computed, except for what not every image needs: the

@@ -78,12 +78,8 @@ PlaneFit PlaneMeasurement::FitOnce(const PlaneMotion& from,
   measure(first, shifts);
   PlaneFit quick = FitPlaneMotion(camera_, shifts, from, params);
   if (quick.ok && IsSurelyLevel(quick)) return quick;
-  std::vector<int> others = Select(from, count);
-  std::erase_if(others, [&first](int block) {
-    return std::find(first.begin(), first.end(), block) != first.end();
-  });
   std::vector<PlaneShift> more;
-  measure(others, more);
+  measure(Without(Select(from, count), first), more);
   shifts.insert(shifts.end(), more.begin(), more.end());
   return FitPlaneMotion(camera_, shifts, from, params);
 }

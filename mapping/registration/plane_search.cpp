@@ -61,6 +61,7 @@ Registration PlaneSearch::Choose(const FrameSpectrum::Data& reference,
 
 bool PlaneSearch::ResemblesItself(FrameSpectrum::Data& image) {
   const FrameSpectrum::Coarse& coarse = coarse_.Of(image);
+  if (!coarse.ShowsTexture()) return true;  // all of it looks the same
   fine_.PrepareReference(image);
   std::vector<Candidate> others;
   double itself = 0;
@@ -73,7 +74,7 @@ bool PlaneSearch::ResemblesItself(FrameSpectrum::Data& image) {
       itself = std::max(itself, candidate.Agreement());
     }
   }
-  // An image that shows nothing is not even like itself.
+  // Where it is not even found at its own place, nothing can be said.
   return itself <= 0 || std::any_of(others.begin(), others.end(), [itself](const Candidate& other) {
            return other.Agreement() >= kResemblance * itself;
          });
@@ -95,8 +96,8 @@ Registration PlaneSearch::FindNear(FrameSpectrum::Data& reference,
                                    const MotionPrior& prior,
                                    Effort effort) {
   const bool encoded = reference.noise.IsEncoded() || current.noise.IsEncoded();
-  const bool overexposed = reference.working.overexposed || current.working.overexposed;
-  if (prior.sigma_px > kSharpPx * FineFactor(size_) || encoded || overexposed) return {};
+  const bool sharp = prior.sigma_px <= kSharpPx * FineFactor(size_);
+  if (!sharp || encoded || current.working.overexposed) return {};
   Hypothesis expected;
   expected.motion = prior.motion;
   expected.overlap = OverlapOf(prior.motion, size_);

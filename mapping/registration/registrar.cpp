@@ -20,9 +20,6 @@ namespace ceilmap::registration {
 
 namespace {
 
-// Grey levels; images with less show nothing.
-constexpr double kMinContrast = 0.25;
-
 void CheckNotEmpty(const FrameSpectrum& reference,
                    const FrameSpectrum& current,
                    const char* function) {
@@ -200,7 +197,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     Registration near = search.FindNear(ref, cur, *prior, effort);
     if (near.ok()) return near;
   }
-  if (std::min(impl_->coarse.Of(ref).contrast, impl_->coarse.Of(cur).contrast) < kMinContrast) {
+  if (!impl_->coarse.Of(ref).ShowsTexture() || !impl_->coarse.Of(cur).ShowsTexture()) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;
