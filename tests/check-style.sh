@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Format and include arrows over all sources, clang-tidy over the product's.
-#   tests/check-style.sh         in a tenth of the time: clang-tidy sees all sources of a target as one, so that it reads their
-#                                headers once; its analyzer looks into fewer calls, and the checks that take the longest
-#                                are left out
+#   tests/check-style.sh         in a tenth of the time: clang-tidy sees all libraries of a top-level folder as one source,
+#                                so that it reads their headers once; its analyzer looks into fewer calls, and the checks
+#                                that take the longest are left out
 #   tests/check-style.sh --deep  everything that .clang-tidy asks for, of each source alone; also finds sources that
 #                                include too little
 set -euo pipefail
@@ -12,13 +12,13 @@ samples/install-deps.sh --dev
 
 database=build/style
 folders='(calib|mapping|localization|compensation|app|samples)'
-unity=(-D CMAKE_UNITY_BUILD=ON -D CMAKE_UNITY_BUILD_BATCH_SIZE=0)
+unity=(-D CEILMAP_STYLE=ON -D CMAKE_UNITY_BUILD=ON -D CMAKE_UNITY_BUILD_BATCH_SIZE=0)
 checks=("-checks=-performance-unnecessary-value-param,-bugprone-reserved-identifier,-bugprone-stringview-nullptr,-bugprone-suspicious-include"
   -extra-arg=-Xclang -extra-arg=-analyzer-config -extra-arg=-Xclang -extra-arg=mode=shallow)
 case "${1:-}" in
   '') ;;
   --deep)
-    unity=(-D CMAKE_UNITY_BUILD=OFF)
+    unity=(-D CEILMAP_STYLE=OFF -D CMAKE_UNITY_BUILD=OFF)
     checks=()
     ;;
   *)
@@ -44,8 +44,11 @@ commands=$(mktemp -d)
 trap 'rm -rf "$log" "$commands"' EXIT
 # Without the precompiled headers, which only the compiler can read.
 sed -E 's# -Winvalid-pch -include [^ ]*/cmake_pch\.hxx##' "$database/compile_commands.json" >"$commands/compile_commands.json"
-if ! run-clang-tidy -quiet -p "$commands" -j "$(nproc)" "${checks[@]}" \
-  "^$PWD/($folders/|$database/$folders/.*/Unity/)" >"$log" 2>&1; then
+# The longest first, which are those with most sources, and the findings of one source together.
+if ! sed -nE "s#^ *\"file\": \"($PWD/($folders/|$database/($folders|CMakeFiles)/.*/Unity/).*)\",?\$#\1#p" \
+  "$commands/compile_commands.json" | xargs wc -l | grep -v ' total$' | sort -rn | awk '{print $2}' |
+  xargs -P "$(nproc)" -I FILE sh -c 'findings=$("$@" 2>&1) || { echo "$findings"; exit 1; }' sh \
+    clang-tidy -quiet -p "$commands" "${checks[@]}" FILE >"$log" 2>&1; then
   grep -E -A 4 '(warning|error):' "$log" || tail -n 20 "$log"
   echo "check-style.sh: clang-tidy has findings" >&2
   exit 1
