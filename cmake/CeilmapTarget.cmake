@@ -10,6 +10,11 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   # GCC 12 sees an overlap in every '"text" + std::string' (GCC bug 105651, mended in 13).
   target_compile_options(ceilmap_build_flags INTERFACE -Wno-restrict)
 endif()
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC collects its garbage from 128 MB on, again and again. A compiler takes up to 2 GB with this (1.8 GB without) and a
+  # tenth less time.
+  target_compile_options(ceilmap_build_flags INTERFACE "SHELL:--param ggc-min-heapsize=1000000")
+endif()
 if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # GCC takes sources that are compiled as one for headers, whose anonymous namespaces would differ from use to use.
   target_compile_options(ceilmap_build_flags INTERFACE -Wno-subobject-linkage)
