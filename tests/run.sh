@@ -11,7 +11,8 @@ cmake --preset release
 cmake --build --preset release
 
 report=build/release/ctest.xml
-rm -f "$report"
+cases=build/release/gtest
+rm -rf "$report" "$cases"
 status=0
 ctest --preset release -j "$(nproc)" --output-junit "$root/$report" "$@" || status=$?
 
@@ -19,10 +20,24 @@ if [[ ! -s $report ]]; then
   echo "tests/run.sh: ctest wrote no report" >&2
   exit 1
 fi
-count() { grep -c "$1" "$report" || true; }
-# Only a test that skips itself or is switched off is neither: one that could not start has failed.
-passed=$(count '<testcase .* status="run"')
-left_out=$(($(count '<skipped message="SKIP_') + $(count '<testcase .* status="disabled"')))
-failed=$(($(count '<testcase ') - passed - left_out))
+# A program with GoogleTest counts by its tests, anything else as one. Only a test that skips itself or is switched off is
+# neither: one that could not start has failed, and so has a program that failed outside of its tests.
+passed=0
+failed=0
+while IFS=$'\t' read -r name state; do
+  file=$cases/$name.xml
+  wrong=0
+  if [[ -s $file ]]; then
+    read -r right wrong < <(awk '
+      function value(name) { return match($0, " " name "=\"[0-9]+") ? substr($0, RSTART + length(name) + 3, RLENGTH) + 0 : 0 }
+      $1 == "<testsuite" { wrong += value("failures") + value("errors"); left += value("disabled") + value("skipped"); all += value("tests") }
+      END { print all - wrong - left, wrong }' "$file")
+    passed=$((passed + right))
+    failed=$((failed + wrong))
+  elif [[ $state == run ]]; then
+    passed=$((passed + 1))
+  fi
+  if [[ $state == fail && $wrong == 0 ]]; then failed=$((failed + 1)); fi
+done < <(sed -nE 's/.*<testcase name="([^"]*)".* status="([a-z]*)".*/\1\t\2/p' "$report")
 echo "$passed passed, $failed failed"
 exit "$status"

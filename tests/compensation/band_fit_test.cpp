@@ -14,7 +14,7 @@ constexpr double kReadoutS = 0.025;
 
 /// A ceiling whose points are found again with errors, in images with bands, vignetting and
 /// another gain each; every fifth point is another one than in the image before.
-struct Recording {
+struct BandedRecording {
   double frequency_hz = 100;
   double amplitude = 0.04;
   double frame_s = 0.1;
@@ -61,7 +61,7 @@ struct Recording {
   }
 };
 
-void ExpectFound(Recording recording) {
+void ExpectFound(BandedRecording recording) {
   BandFit fit;
   for (int i = 1; i < 25; ++i) recording.Add(i, fit);
   const auto found = fit.Solve();
@@ -81,7 +81,7 @@ TEST(BandFit, FindsBandsThatStandStillInTheRows) {
 }
 
 TEST(BandFit, FollowsALampThatIsSwitchedOn) {
-  Recording recording{.frequency_hz = 99.94};
+  BandedRecording recording{.frequency_hz = 99.94};
   BandFit fit;
   recording.amplitude = 0;
   for (int i = 1; i < 60; ++i) recording.Add(i, fit);
@@ -93,7 +93,7 @@ TEST(BandFit, FollowsALampThatIsSwitchedOn) {
 }
 
 TEST(BandFit, LeavesWeakBandsButKeepsThoseItKnows) {
-  Recording recording{.frequency_hz = 100.05, .amplitude = 0.014};
+  BandedRecording recording{.frequency_hz = 100.05, .amplitude = 0.014};
   BandFit fit;
   for (int i = 1; i < 60; ++i) recording.Add(i, fit);
   EXPECT_FALSE(fit.Solve(false).has_value());
@@ -102,7 +102,7 @@ TEST(BandFit, LeavesWeakBandsButKeepsThoseItKnows) {
 }
 
 TEST(BandFit, FindsNoneWhereThereAreNone) {
-  Recording recording{.amplitude = 0};
+  BandedRecording recording{.amplitude = 0};
   BandFit fit;
   EXPECT_FALSE(fit.Solve().has_value());
   for (int i = 1; i < 100; ++i) {
@@ -113,14 +113,14 @@ TEST(BandFit, FindsNoneWhereThereAreNone) {
 
 /// In the images of a robot at rest, bands that stand still are part of the ceiling.
 TEST(BandFit, AtRestStillBandsAreNotSeen) {
-  Recording recording{.travel_rows = 0};
+  BandedRecording recording{.travel_rows = 0};
   BandFit fit;
   for (int i = 1; i < 20; ++i) recording.Add(i, fit);
   EXPECT_FALSE(fit.Solve().has_value());
 }
 
 TEST(BandFit, KnowsThemWhileTheRobotRests) {
-  Recording recording{.frequency_hz = 100};
+  BandedRecording recording{.frequency_hz = 100};
   BandFit fit;
   for (int i = 1; i < 25; ++i) recording.Add(i, fit);
   recording.travel_rows = 0;

@@ -17,13 +17,13 @@ using Eigen::Isometry3d;
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-constexpr double kAxle = 0.14;
+constexpr double kAxleBehindMast = 0.14;
 constexpr double kForward = 0.45;
 constexpr double kCeiling = 2.6;
 
 calib::Rig PapersRig() {
   calib::Rig rig;
-  rig.axle_behind_mast_m = kAxle;
+  rig.axle_behind_mast_m = kAxleBehindMast;
   rig.forward_height_m = kForward;
   rig.ceiling_height_m = kCeiling;
   rig.forward.emplace();
@@ -33,12 +33,12 @@ calib::Rig PapersRig() {
 
 /// A tilted frame and a level keyframe, seen without error: a robot turned in space, and the rays
 /// of its cameras on the mast, of which the forward one is perpendicular to a wall.
-struct Scene {
+struct TiltedView {
   double pitch_rad = 0;
   double roll_rad = 0;
-  double yaw_rad = 0;       // of the forward camera
-  double pivot_m = -kAxle;  // what stays on the floor
-  double wall_m = 4;        // from the frame's camera
+  double yaw_rad = 0;                 // of the forward camera
+  double pivot_m = -kAxleBehindMast;  // what stays on the floor
+  double wall_m = 4;                  // from the frame's camera
   double base_shift_m = 0.3;
 
   ForwardMotion seen;
@@ -79,7 +79,7 @@ struct Scene {
 TEST(ForwardSolver, FrontWheelsThatClimbAreExact) {
   for (const double deg : {-6.0, -4.64, -2.0, -0.3}) {
     for (const double base_shift_m : {-0.2, 0.0, 0.1, 0.5}) {
-      Scene scene;
+      TiltedView scene;
       scene.pitch_rad = deg * kRadPerDeg;
       scene.base_shift_m = base_shift_m;
       scene.Observe();
@@ -95,7 +95,7 @@ TEST(ForwardSolver, FrontWheelsThatClimbAreExact) {
 
 TEST(ForwardSolver, RearWheelsThatClimbAreExactButForThePivotsPlace) {
   for (const double deg : {0.3, 2.0, 4.64, 6.0}) {
-    Scene scene;
+    TiltedView scene;
     scene.pitch_rad = deg * kRadPerDeg;
     scene.pivot_m = 0;
     scene.Observe();
@@ -113,7 +113,7 @@ TEST(ForwardSolver, RearWheelsThatClimbAreExactButForThePivotsPlace) {
 }
 
 TEST(ForwardSolver, RollIsTheCamerasWhenItPointsStraightAhead) {
-  Scene scene;
+  TiltedView scene;
   scene.pitch_rad = -3 * kRadPerDeg;
   scene.roll_rad = 2.5 * kRadPerDeg;
   scene.Observe();
@@ -128,7 +128,7 @@ TEST(ForwardSolver, RollIsTheCamerasWhenItPointsStraightAhead) {
 TEST(ForwardSolver, ACameraThatPointsAsideMixesPitchAndRoll) {
   for (const double yaw_deg : {-30.0, 10.0, 30.0}) {
     for (const Vector2d& deg : {Vector2d(-3, 0), Vector2d(0, 2), Vector2d(-2, -2)}) {
-      Scene scene;
+      TiltedView scene;
       scene.pitch_rad = deg[0] * kRadPerDeg;
       scene.roll_rad = deg[1] * kRadPerDeg;
       scene.yaw_rad = yaw_deg * kRadPerDeg;
@@ -147,7 +147,7 @@ TEST(ForwardSolver, ACameraThatPointsAsideMixesPitchAndRoll) {
 
 TEST(ForwardSolver, LearnsTheWallsDistanceFromTheZoom) {
   ForwardSolver solver(PapersRig(), 0);  // expects 5 m
-  Scene scene;
+  TiltedView scene;
   for (int i = 1; i <= 12; ++i) {
     scene.base_shift_m = 0.4 - 0.02 * i;
     scene.wall_m = 1.6 + scene.base_shift_m;
@@ -169,7 +169,7 @@ TEST(ForwardSolver, LearnsTheWallsDistanceFromTheZoom) {
 // By 1.5 % at 8 degrees, which would put a wall that is 1.6 m away at 1.5 m.
 TEST(ForwardSolver, KeystoneIsNoZoom) {
   ForwardSolver solver(PapersRig(), 0);
-  Scene scene;
+  TiltedView scene;
   scene.pitch_rad = -8 * kRadPerDeg;
   for (int i = 0; i < 20; ++i) {
     scene.base_shift_m = 0.4;
@@ -184,7 +184,7 @@ TEST(ForwardSolver, KeystoneIsNoZoom) {
 }
 
 TEST(ForwardSolver, AKeyframeFartherAheadIsNearerToTheWall) {
-  Scene scene;
+  TiltedView scene;
   scene.pitch_rad = -4 * kRadPerDeg;
   scene.wall_m = 2;
   scene.Observe();
@@ -199,7 +199,7 @@ TEST(ForwardSolver, AKeyframeFartherAheadIsNearerToTheWall) {
 
 // The distance that a frame teaches is not the one that its own tilt was solved with.
 TEST(ForwardSolver, OneFrameIsNotMoreAccurateThanItsWall) {
-  Scene scene;
+  TiltedView scene;
   scene.pitch_rad = -4.64 * kRadPerDeg;
   scene.wall_m = 1.9;
   scene.Observe();
@@ -215,7 +215,7 @@ TEST(ForwardSolver, OneFrameIsNotMoreAccurateThanItsWall) {
 }
 
 TEST(ForwardSolver, WithoutTheCeilingsMotionParallaxIsLeftOut) {
-  Scene scene;
+  TiltedView scene;
   scene.pitch_rad = -4 * kRadPerDeg;
   scene.roll_rad = 1 * kRadPerDeg;
   scene.Observe();
@@ -230,7 +230,7 @@ TEST(ForwardSolver, WithoutTheCeilingsMotionParallaxIsLeftOut) {
 }
 
 TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
-  Scene scene;
+  TiltedView scene;
   scene.pitch_rad = -4 * kRadPerDeg;
   scene.roll_rad = 1 * kRadPerDeg;
   scene.yaw_rad = 25 * kRadPerDeg;
@@ -268,7 +268,7 @@ TEST(ForwardSolver, CovarianceIsThatOfManyNoisyFrames) {
 }
 
 TEST(ForwardSolver, RefusesWhatNoTiltExplains) {
-  Scene scene;
+  TiltedView scene;
   scene.Observe();
   scene.seen.tan_shift = 3;
   ForwardSolver solver(PapersRig(), 0);
@@ -278,7 +278,7 @@ TEST(ForwardSolver, RefusesWhatNoTiltExplains) {
 }
 
 TEST(ForwardSolver, TakesTheCamerasHeightWhereTheRigHasNoD) {
-  Scene scene;
+  TiltedView scene;
   scene.pitch_rad = -4 * kRadPerDeg;
   scene.Observe();
   calib::Rig rig = PapersRig();

@@ -20,13 +20,13 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A random robot and a tilt of -12..12 deg. The pivot may lie on either side.
-struct Robot {
+struct TiltedRobot {
   double pivot_m;
   double camera_height_m;
   double ceiling_height_m;
   double tilt_rad;
 
-  explicit Robot(std::mt19937& random) {
+  explicit TiltedRobot(std::mt19937& random) {
     const auto draw = [&random](double low, double high) {
       return std::uniform_real_distribution<double>(low, high)(random);
     };
@@ -51,7 +51,7 @@ Eigen::Isometry3d TurnAbout(const Eigen::Vector3d& pivot, const Eigen::AngleAxis
 }
 
 /// Nose down is a positive turn about y: z goes to x.
-Eigen::Isometry3d Pitched(const Robot& robot) {
+Eigen::Isometry3d Pitched(const TiltedRobot& robot) {
   return TurnAbout({robot.pivot_m, 0, 0}, {robot.tilt_rad, Eigen::Vector3d::UnitY()});
 }
 
@@ -88,7 +88,7 @@ TEST(TiltModel, PointsBackWhenTheFrontWheelsClimb) {
 TEST(TiltModel, AgreesWithARayFromTheTiltedCamera) {
   std::mt19937 random(1);
   for (int i = 0; i < 2000; ++i) {
-    const Robot robot(random);
+    const TiltedRobot robot(random);
     const TiltModel model = robot.Model();
     const Eigen::Isometry3d T = Pitched(robot);
     const Eigen::Vector3d foot = T * Eigen::Vector3d::Zero();
@@ -113,7 +113,7 @@ TEST(TiltModel, AgreesWithARayFromTheTiltedCamera) {
 TEST(TiltModel, IsTheSameForRollAlongY) {
   std::mt19937 random(2);
   for (int i = 0; i < 500; ++i) {
-    const Robot robot(random);
+    const TiltedRobot robot(random);
     const double roll_rad = -robot.tilt_rad;
     const Eigen::Isometry3d T =
         TurnAbout({0, robot.pivot_m, 0}, {roll_rad, Eigen::Vector3d::UnitX()});
@@ -128,7 +128,7 @@ TEST(TiltModel, SlopesAreTheDerivatives) {
   std::mt19937 random(3);
   const double step = 1e-5;
   for (int i = 0; i < 500; ++i) {
-    const Robot robot(random);
+    const TiltedRobot robot(random);
     const TiltModel model = robot.Model();
     const double d = robot.camera_height_m;
     const double climb =
@@ -144,7 +144,7 @@ TEST(TiltModel, SlopesAreTheDerivatives) {
 TEST(TiltModel, IsLinearForSmallTilts) {
   std::mt19937 random(4);
   for (int i = 0; i < 200; ++i) {
-    const Robot robot(random);
+    const TiltedRobot robot(random);
     const TiltModel model = robot.Model();
     for (const double tilt : {-1e-3, -1e-6, 1e-9, 1e-4}) {
       EXPECT_NEAR(model.CeilingShift(tilt),

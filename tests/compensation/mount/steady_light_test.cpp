@@ -27,8 +27,8 @@ Pose2 PoseOf(const Eigen::Isometry3d& T) {
   return {T.translation().x(), T.translation().y(), std::atan2(T.linear()(1, 0), T.linear()(0, 0))};
 }
 
-struct Drive {
-  explicit Drive(const simulator::Scene& scene) : renderer(scene) {
+struct FlickerDrive {
+  explicit FlickerDrive(const simulator::Scene& scene) : renderer(scene) {
     const calib::Rig& rig = renderer.GetRig();
     const calib::CeilingView view(*rig.up, rig.ceiling_height_m);
     const Pose2 T_base_camera = PoseOf(view.T_base_camera());
@@ -62,10 +62,10 @@ double MeanDifference(const cv::Mat& a, const cv::Mat& b) {
 }
 
 TEST(SteadyLight, BandsAreRemovedFromAllImages) {
-  const Drive drive(FlickeringRoom());
+  const FlickerDrive drive(FlickeringRoom());
   simulator::Scene even = FlickeringRoom();
   even.image.flicker_depth = 0;
-  const Drive steady(even);
+  const FlickerDrive steady(even);
   const CeilingRecording removed = drive.Without(0.025);
   for (std::size_t i = 0; i < drive.cameras.size(); ++i) {
     const cv::Mat& wanted = steady.recording.keyframes[i].image;
@@ -77,16 +77,16 @@ TEST(SteadyLight, BandsAreRemovedFromAllImages) {
 
 // A calibration finds the read-out time in rounds.
 TEST(SteadyLight, AnErrorOfTheReadoutTimeLeavesAPart) {
-  const Drive drive(FlickeringRoom());
+  const FlickerDrive drive(FlickeringRoom());
   simulator::Scene even = FlickeringRoom();
   even.image.flicker_depth = 0;
-  const cv::Mat wanted = Drive(even).recording.keyframes.back().image;
+  const cv::Mat wanted = FlickerDrive(even).recording.keyframes.back().image;
   const double before = MeanDifference(drive.recording.keyframes.back().image, wanted);
   EXPECT_LT(MeanDifference(drive.Without(0.023).keyframes.back().image, wanted), 0.5 * before);
 }
 
 TEST(SteadyLight, ImagesAreNotTouchedWithoutBandsReadoutOrStamps) {
-  const auto expect_same = [](const Drive& drive, double readout_time_s) {
+  const auto expect_same = [](const FlickerDrive& drive, double readout_time_s) {
     const CeilingRecording same = drive.Without(readout_time_s);
     for (std::size_t i = 0; i < drive.cameras.size(); ++i) {
       EXPECT_EQ(same.keyframes[i].image.data, drive.recording.keyframes[i].image.data) << i;
@@ -94,8 +94,8 @@ TEST(SteadyLight, ImagesAreNotTouchedWithoutBandsReadoutOrStamps) {
   };
   simulator::Scene even = FlickeringRoom();
   even.image.flicker_depth = 0;
-  expect_same(Drive(even), 0.025);
-  Drive drive(FlickeringRoom());
+  expect_same(FlickerDrive(even), 0.025);
+  FlickerDrive drive(FlickeringRoom());
   expect_same(drive, 0);
   drive.recording.has_stamps = false;
   expect_same(drive, 0.025);
