@@ -37,7 +37,11 @@ while IFS=$'\t' read -r name state; do
   elif [[ $state == run ]]; then
     passed=$((passed + 1))
   fi
-  if [[ $state == fail && $wrong == 0 ]]; then failed=$((failed + 1)); fi
-done < <(sed -nE 's/.*<testcase name="([^"]*)".* status="([a-z]*)".*/\1\t\2/p' "$report")
+  if [[ $state != run && $state != skipped && $state != disabled && $wrong == 0 ]]; then failed=$((failed + 1)); fi
+done < <(awk -F'"' '
+  function print_last() { if (name) print name "\t" state }
+  /<testcase / { print_last(); name = $2; state = $0; sub(/.* status="/, "", state); sub(/".*/, "", state) }
+  /<skipped message="SKIP_/ { state = "skipped" }
+  END { print_last() }' "$report")
 echo "$passed passed, $failed failed"
 exit "$status"
