@@ -52,6 +52,7 @@ class FrameAcceptance {
                        const registration::Registration& registration);
   bool LooksRight(const RegisteredFrame& frame);
   bool RestsOnCopies(const RegisteredFrame& frame, const FrameBefore& before);
+  bool FollowsCodec(const RegisteredFrame& frame);
 
   const calib::CeilingView& view_;
   FramePrediction& prediction_;

@@ -168,6 +168,25 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   return can;
 }
 
+bool FramePrediction::FallsBehind(const Pose2& T_map_base) const {
+  constexpr double kEvenRatio = 0.008;  // of the longer side of the image
+  constexpr double kEvenRad = 0.012;
+  if (recent_.size() < 2) return false;
+  const PlacedFrame& from = recent_[recent_.size() - 2];
+  const PlacedFrame& to = recent_.back();
+  const double step_s = to.stamp_s - from.stamp_s;
+  if (step_s <= 0) return false;
+  const Pose2 even =
+      Interpolate(from.T_map_base.Inverse() * to.T_map_base, (stamp_s_ - to.stamp_s) / step_s);
+  const Pose2 moved = to.T_map_base.Inverse() * T_map_base;
+  const double length = even.Translation().norm();
+  const double way = length > 0 ? moved.Translation().dot(even.Translation()) / length : 0;
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  const double turned = even.yaw > 0 ? moved.yaw : -moved.yaw;
+  return length - way > kEvenRatio * side_px * view_.MetresPerPixel() ||
+         std::abs(even.yaw) - turned > kEvenRad;
+}
+
 std::optional<int> FramePrediction::StepsTo(const Pose2& T_map_base) const {
   // Of numbers of steps that explain the pose about equally well, the smallest is the likeliest.
   constexpr double kStepPenaltyPx = 1;

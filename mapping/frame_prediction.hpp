@@ -47,6 +47,8 @@ class FramePrediction {
   /// Whether a measured pose is plausible under the constant-velocity model. It rejects perceptual
   /// aliasing: poses a few tiles away or rotated by a quarter turn whose images are the same.
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
+  /// Whether the robot would have moved, or turned, less than in the step before.
+  [[nodiscard]] bool FallsBehind(const Pose2& T_map_base) const;
   /// How many times the last step the robot has moved since the last placed frame, where CanBeAt is
   /// false because frames are missing that no stamp tells of: a recorder that drops frames and
   /// numbers the others. Nothing where the pose is neither on the way that the robot was driving
