@@ -19,8 +19,21 @@ namespace ceilmap::integration {
 constexpr double kAxle = 0.12;
 constexpr double kLength = 1.5;
 
+enum class Cameras { kUp, kUpAndForward };
+
 /// @param camera  More lines of the upward camera.
-inline std::string CalibrationScene(const std::string& tum, const std::string& camera = "") {
+inline std::string CalibrationScene(const std::string& tum,
+                                    Cameras cameras,
+                                    const std::string& camera = "") {
+  const std::string forward = R"(forward:
+  width_px: 320
+  height_px: 240
+  focal_px: 277
+  mount_height_m: 0.45
+  mount_yaw_deg: 2
+  mount_pitch_deg: 4
+  mount_roll_deg: -1
+)";
   return R"(seed: 5
 axle_behind_mast_m: 0.12
 room: {length_m: 8, width_m: 7, height_m: 2.5, wall_posters_per_100m2: 60, floor_contrast: 0.12}
@@ -35,15 +48,8 @@ camera:
   mount_pitch_deg: 1
   mount_roll_deg: -0.6
 )" + camera +
-         R"(forward:
-  width_px: 320
-  height_px: 240
-  focal_px: 277
-  mount_height_m: 0.45
-  mount_yaw_deg: 2
-  mount_pitch_deg: 4
-  mount_roll_deg: -1
-wheels:
+         (cameras == Cameras::kUp ? "" : forward) +
+         R"(wheels:
   scale_error_ratio: 0.02
   track_width_error_ratio: -0.03
   translation_noise_per_sqrt_m: 0
@@ -81,12 +87,12 @@ class CalibrateRigTest : public testing::Test {
       straight += TumLine(i, 3 + s * std::cos(0.3), 3.2 + s * std::sin(0.3), 0.3);
       curve += TumLine(i, 3 + s, 3.2, 0.2 * kRadPerDeg * i);
     }
-    Render("spin", spin);
-    Render("drift", drift);
-    Render("straight", straight);
-    Render("curve", curve);
-    Render("rolling-spin", spin, "  readout_time_s: 0.03\n");
-    Render("rolling-straight", straight, "  readout_time_s: 0.03\n");
+    Render("spin", spin, Cameras::kUpAndForward);
+    Render("drift", drift, Cameras::kUp);
+    Render("straight", straight, Cameras::kUpAndForward);
+    Render("curve", curve, Cameras::kUp);
+    Render("rolling-spin", spin, Cameras::kUp, "  readout_time_s: 0.03\n");
+    Render("rolling-straight", straight, Cameras::kUp, "  readout_time_s: 0.03\n");
     const std::string rig = support::ReadAll(*folder_ / "spin/rig.yaml");
     // With a forward camera that points straight ahead, by the initial rig.
     std::string ahead = "d: 0.45\n" + rig.substr(rig.find("cameras:"));
@@ -111,9 +117,10 @@ class CalibrateRigTest : public testing::Test {
 
   static void Render(const std::string& name,
                      const std::string& poses,
+                     Cameras cameras,
                      const std::string& camera = "") {
     folder_->Write(name + ".tum", poses);
-    folder_->Write(name + ".yaml", CalibrationScene(name + ".tum", camera));
+    folder_->Write(name + ".yaml", CalibrationScene(name + ".tum", cameras, camera));
     const support::ProcessResult made = Run({"simulate", name + ".yaml", "-o", name, "--pictures"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }

@@ -34,8 +34,10 @@ TEST_F(CalibrateRigTest, WheelsAndGyroAreComparedWithTheCeiling) {
   EXPECT_NEAR(rig.wheels->scale.value, Parameters()["wheel_scale"]["value"].get<double>(), 1e-5);
   EXPECT_THAT(ReadAll(*folder_ / "new.yaml"), HasSubstr("\n#   wheels: scale = 0.98"));
 
-  result = calibrate({"--spin-gyro=spin/gyro.csv"});
+  // The gyro alone. With the ceiling's height and a distance, the camera's height comes out too.
+  result = calibrate({"--spin-gyro=spin/gyro.csv", "--distance=1.5"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
+  ExpectTruth("camera_z_m", 0.4, 0.003 * 2.1);
   EXPECT_FALSE(Parameters().contains("wheel_scale"));
   ExpectTruth("gyro_bias_deg_s", 0.4, 0.1);
 }

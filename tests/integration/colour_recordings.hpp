@@ -154,16 +154,10 @@ struct Turn {
 /// A folder with recordings of turning robots, beside an empty one for results.
 class CompassCommand : public testing::Test {
  protected:
-  void SetUp() override {
-    Record("learn", kLearn);
-    Record("again", kAgain);
-    in_.Write("rig.yaml", ForwardRig(PaintedCylinder::kRaisedDeg));
-  }
+  void SetUp() override { std::filesystem::copy(RecordedOnce().Path(), in_.Path()); }
 
   void Record(const std::string& name, const Turn& turn) const {
-    WriteColourVideo(in_ / (name + ".avi"), turn.Images(world_));
-    in_.Write(name + ".csv", turn.Stamps());
-    in_.Write(name + ".tum", turn.Poses());
+    RecordInto(in_, world_, name, turn);
   }
 
   // `@NAME` in an argument stands for NAME among the inputs.
@@ -189,13 +183,20 @@ class CompassCommand : public testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
-  /// Learns kLearn into a model, which is replaced.
+  /// Learns kLearn into a model, which is replaced. Without more options the model is always the
+  /// same: learned once for all tests.
   void Learn(const std::string& model, const std::vector<std::string>& more = {}) const {
+    static std::string usual;
+    if (more.empty() && !usual.empty()) {
+      out_.Write(model, usual);
+      return;
+    }
     std::vector<std::string> arguments =
         Of({"learn"}, "learn", {"--poses=@learn.tum", "-o", model, "--force"});
     arguments.insert(arguments.end(), more.begin(), more.end());
     const support::ProcessResult result = Run(arguments);
     ASSERT_EQ(result.exit_code, 0) << result.err;
+    if (more.empty()) usual = support::ReadAll(out_ / model);
   }
 
   inline static const Turn kLearn{90, 0, 4, 1000};
@@ -203,6 +204,29 @@ class CompassCommand : public testing::Test {
   PaintedCylinder world_;
   support::TestFolder in_;
   support::TestFolder out_;
+
+ private:
+  static void RecordInto(const support::TestFolder& folder,
+                         const PaintedCylinder& world,
+                         const std::string& name,
+                         const Turn& turn) {
+    WriteColourVideo(folder / (name + ".avi"), turn.Images(world));
+    folder.Write(name + ".csv", turn.Stamps());
+    folder.Write(name + ".tum", turn.Poses());
+  }
+  /// Made once; each test has a copy, which it may change.
+  static const support::TestFolder& RecordedOnce() {
+    static const support::TestFolder folder;
+    static const bool written = [] {
+      const PaintedCylinder world;
+      RecordInto(folder, world, "learn", kLearn);
+      RecordInto(folder, world, "again", kAgain);
+      folder.Write("rig.yaml", ForwardRig(PaintedCylinder::kRaisedDeg));
+      return true;
+    }();
+    static_cast<void>(written);
+    return folder;
+  }
 };
 
 }  // namespace ceilmap::integration

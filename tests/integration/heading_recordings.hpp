@@ -43,6 +43,18 @@ inline std::string OmniRig(double yaw_deg) {
 class HeadingCommand : public testing::Test {
  protected:
   void SetUp() override {
+    std::filesystem::copy(
+        RecordedOnce().Path(), in_.Path(), std::filesystem::copy_options::recursive);
+  }
+  /// Made once; each test has a copy, which it may change.
+  static const support::TestFolder& RecordedOnce() {
+    static const support::TestFolder folder;
+    static const bool written = (WriteAll(folder), true);
+    static_cast<void>(written);
+    return folder;
+  }
+
+  static void WriteAll(const support::TestFolder& in) {
     const cv::Mat world = support::SyntheticPanorama({360, 45});
     std::vector<cv::Mat> omni;
     std::vector<cv::Mat> panoramas;
@@ -59,23 +71,23 @@ class HeadingCommand : public testing::Test {
                            std::sin(0.5 * turn + 1),
                            std::cos(0.5 * turn + 1));
     }
-    support::WriteImages(in_ / "omni", omni);
-    support::WriteImages(in_ / "panoramas", panoramas);
+    support::WriteImages(in / "omni", omni);
+    support::WriteImages(in / "panoramas", panoramas);
     std::vector<cv::Mat> dark = omni;
     for (int i = kDarkFrom; i < kDarkTo; ++i)
       dark[i] = cv::Mat::zeros(omni[i].size(), omni[i].type());
-    support::WriteImages(in_ / "dark", dark);
-    support::WriteImages(in_ / "rising", rising);
-    WriteDamaged(panoramas);
-    in_.Write("truth.tum", truth);
-    in_.Write("sideways.tum", Sideways(0.1));
-    in_.Write("dense.tum", Sideways(0.02));
-    in_.Write("later.tum", "500 0 0 0 0 0 0 1\n");
-    in_.Write("rig.yaml", OmniRig(0));
-    in_.Write("turned.yaml", OmniRig(35));
-    in_.Write("gyro.csv", Gyro());
-    in_.Write("wheels.csv", Wheels());
-    in_.Write("stamps.csv", support::StampsCsv(kTurnFrames, 100, 0.1));
+    support::WriteImages(in / "dark", dark);
+    support::WriteImages(in / "rising", rising);
+    WriteDamaged(in, panoramas);
+    in.Write("truth.tum", truth);
+    in.Write("sideways.tum", Sideways(0.1));
+    in.Write("dense.tum", Sideways(0.02));
+    in.Write("later.tum", "500 0 0 0 0 0 0 1\n");
+    in.Write("rig.yaml", OmniRig(0));
+    in.Write("turned.yaml", OmniRig(35));
+    in.Write("gyro.csv", Gyro());
+    in.Write("wheels.csv", Wheels());
+    in.Write("stamps.csv", support::StampsCsv(kTurnFrames, 100, 0.1));
   }
 
   /// A gyro at 100 Hz with a bias of 0.01 rad/s.
@@ -108,24 +120,24 @@ class HeadingCommand : public testing::Test {
     return poses;
   }
 
-  void WriteDamaged(const std::vector<cv::Mat>& panoramas) const {
-    support::WriteVideo(in_ / "grey.avi",
+  static void WriteDamaged(const support::TestFolder& in, const std::vector<cv::Mat>& panoramas) {
+    support::WriteVideo(in / "grey.avi",
                         {cv::Mat(48, 320, CV_8U, cv::Scalar(90)),
                          cv::Mat(48, 320, CV_8U, cv::Scalar(90)),
                          cv::Mat(48, 320, CV_8U, cv::Scalar(90))},
                         10);
-    support::WriteImages(in_ / "narrow", {panoramas[0].colRange(0, 7).clone()});
-    support::WriteImages(in_ / "sizes",
+    support::WriteImages(in / "narrow", {panoramas[0].colRange(0, 7).clone()});
+    support::WriteImages(in / "sizes",
                          {panoramas[0], panoramas[1], panoramas[2].colRange(0, 200).clone()});
-    support::WriteImages(in_ / "small", {cv::Mat(80, 100, CV_8UC3, cv::Scalar(1, 2, 3))});
-    in_.Write("text.mp4", "this is no video\n");
-    in_.Write("short.csv", support::StampsCsv(kTurnFrames - 1, 100, 0.1));
-    in_.Write("back.csv", "index,timestamp\n0,1\n1,0.5\n");
-    in_.Write("blind.yaml",
-              "a: 0.1\nh: 2.4\ncameras: {forward: {type: pinhole, image_width: 240, image_height: "
-              "240, camera_matrix: {rows: 3, cols: 3, data: [200, 0, 119.5, 0, 200, 119.5, 0, 0, "
-              "1]}, distortion_model: none, base_link_to_camera: {translation: [0, 0, 0.4], "
-              "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}}}\n");
+    support::WriteImages(in / "small", {cv::Mat(80, 100, CV_8UC3, cv::Scalar(1, 2, 3))});
+    in.Write("text.mp4", "this is no video\n");
+    in.Write("short.csv", support::StampsCsv(kTurnFrames - 1, 100, 0.1));
+    in.Write("back.csv", "index,timestamp\n0,1\n1,0.5\n");
+    in.Write("blind.yaml",
+             "a: 0.1\nh: 2.4\ncameras: {forward: {type: pinhole, image_width: 240, image_height: "
+             "240, camera_matrix: {rows: 3, cols: 3, data: [200, 0, 119.5, 0, 200, 119.5, 0, 0, "
+             "1]}, distortion_model: none, base_link_to_camera: {translation: [0, 0, 0.4], "
+             "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]}}}\n");
   }
 
   // `@NAME` in an argument stands for NAME among the inputs.

@@ -1,5 +1,6 @@
 // The command lines that the READMEs print.
 
+#include <algorithm>
 #include <map>
 #include <regex>
 #include <set>
@@ -155,9 +156,19 @@ TEST(Readme, ScriptsExistAndStateTheirTime) {
   EXPECT_GT(scripts, 10) << "of all READMEs";
 }
 
+/// True for a command that reads nothing but the repository and leaves nothing for later lines: it
+/// does the same in every README.
+bool StandsAlone(const Words& command, const fs::path& folder) {
+  return std::all_of(command.begin() + 1, command.end(), [&](const std::string& word) {
+    const bool is_bundled = word.starts_with("samples/") || !fs::exists(folder / word);
+    return is_bundled && word != "-o" && word.find('$') == std::string::npos;
+  });
+}
+
 TEST(Readme, CommandsOnBundledDataRun) {
   const std::regex assignment("[A-Z]+=.*");
   int run = 0;
+  std::set<Words> alone;
   for (const fs::path& file : Readmes()) {
     const support::TestFolder folder;
     fs::create_directory_symlink(fs::path(CEILMAP_SOURCE_DIR) / "samples", folder / "samples");
@@ -169,6 +180,8 @@ TEST(Readme, CommandsOnBundledDataRun) {
       if (std::regex_match(line.text, assignment)) variables += line.text + "\n";
       if (word != kBuilt && word != "echo") continue;
       run += word == kBuilt ? 1 : 0;
+      const Words words = line.SplitWords();
+      if (StandsAlone(words, folder.Path()) && !alone.insert(words).second) continue;
       const support::ProcessResult result =
           support::ChildProcess({"/bin/sh", "-c", variables + line.text}, folder.Path().string())
               .Wait();

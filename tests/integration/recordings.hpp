@@ -75,11 +75,8 @@ inline std::vector<std::string> LocalizeArguments(const std::string& map,
 class Recordings {
  public:
   Recordings() {
-    const std::vector<cv::Mat> images = CeilingImages();
-    support::WriteImages(in / "run", images);
-    support::WriteVideo(in / "run.avi", images, 10);
-    in.Write("rig.yaml", kRig);
-    in.Write("stamps.csv", support::StampsCsv(kFrames, 100, 0.1));
+    std::filesystem::copy(
+        RecordedOnce().Path(), in.Path(), std::filesystem::copy_options::recursive);
   }
 
   /// Runs ceilmap in the folder `out`; `@NAME` in an argument stands for NAME among the inputs.
@@ -96,6 +93,22 @@ class Recordings {
 
   support::TestFolder in;
   support::TestFolder out;
+
+ private:
+  /// Encoded once; each test has a copy, which it may change.
+  static const support::TestFolder& RecordedOnce() {
+    static const support::TestFolder folder;
+    static const bool written = [] {
+      const std::vector<cv::Mat> images = CeilingImages();
+      support::WriteImages(folder / "run", images);
+      support::WriteVideo(folder / "run.avi", images, 10);
+      folder.Write("rig.yaml", kRig);
+      folder.Write("stamps.csv", support::StampsCsv(kFrames, 100, 0.1));
+      return true;
+    }();
+    static_cast<void>(written);
+    return folder;
+  }
 };
 
 }  // namespace ceilmap::integration

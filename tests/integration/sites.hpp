@@ -19,11 +19,8 @@ class Sites {
   static constexpr int kSecond = 48;
 
   Sites() {
-    constexpr int kAll = kSecondBegins + kSecond;
-    const std::vector<cv::Mat> all = support::CropAlong(Ceiling(0), kImageSize, kStep, kAll);
-    Write("first", {all.begin(), all.begin() + kFirst}, 100);
-    Write("second", {all.begin() + kSecondBegins, all.end()}, 1000);
-    Write("elsewhere", support::CropAlong(Ceiling(1), kImageSize, kStep, kFirst), 2000);
+    std::filesystem::copy(
+        RecordedOnce().Path(), recordings.in.Path(), std::filesystem::copy_options::recursive);
   }
 
   [[nodiscard]] std::vector<std::string> MapArguments(const std::string& name,
@@ -53,10 +50,26 @@ class Sites {
     const cv::Mat ceiling = support::SyntheticCeiling({820, 820});
     return room == 0 ? ceiling.rowRange(0, 410) : ceiling.rowRange(410, 820);
   }
-  void Write(const std::string& name, const std::vector<cv::Mat>& images, double first_s) {
-    support::WriteImages(recordings.in / name, images);
-    recordings.in.Write(name + ".csv",
-                        support::StampsCsv(static_cast<int>(images.size()), first_s, 0.1));
+  static void Write(const support::TestFolder& folder,
+                    const std::string& name,
+                    const std::vector<cv::Mat>& images,
+                    double first_s) {
+    support::WriteImages(folder / name, images);
+    folder.Write(name + ".csv", support::StampsCsv(static_cast<int>(images.size()), first_s, 0.1));
+  }
+  /// Encoded once; each test has a copy.
+  static const support::TestFolder& RecordedOnce() {
+    static const support::TestFolder folder;
+    static const bool written = [] {
+      constexpr int kAll = kSecondBegins + kSecond;
+      const std::vector<cv::Mat> all = support::CropAlong(Ceiling(0), kImageSize, kStep, kAll);
+      Write(folder, "first", {all.begin(), all.begin() + kFirst}, 100);
+      Write(folder, "second", {all.begin() + kSecondBegins, all.end()}, 1000);
+      Write(folder, "elsewhere", support::CropAlong(Ceiling(1), kImageSize, kStep, kFirst), 2000);
+      return true;
+    }();
+    static_cast<void>(written);
+    return folder;
   }
 };
 

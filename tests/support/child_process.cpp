@@ -62,6 +62,19 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments, const std:
   err_ = err.read_end;
 }
 
+ChildProcess::ChildProcess(const ProgramServer& server,
+                           const std::vector<std::string>& arguments,
+                           const std::string& folder)
+    : server_(&server) {
+  const Pipe out;
+  const Pipe err;
+  server.Start(arguments, folder, out.write_end, err.write_end);
+  close(out.write_end);
+  close(err.write_end);
+  out_ = out.read_end;
+  err_ = err.read_end;
+}
+
 ChildProcess::~ChildProcess() {
   if (pid_ > 0) {
     kill(pid_, SIGKILL);
@@ -106,17 +119,21 @@ ProcessResult ChildProcess::Wait() {
   while (ReadSome()) {
   }
   int status = 0;
-  waitpid(pid_, &status, 0);
-  pid_ = -1;
+  if (server_ != nullptr) {
+    status = server_->Wait();
+  } else {
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+  }
   constexpr int kSignalled = 128;
   result_.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
   return result_;
 }
 
 ProcessResult RunCeilmap(const std::vector<std::string>& arguments, const std::string& folder) {
-  std::vector<std::string> all = {CEILMAP_EXE};
-  all.insert(all.end(), arguments.begin(), arguments.end());
-  return ChildProcess(all, folder).Wait();
+  // A server has one program at a time.
+  thread_local const ProgramServer server;
+  return ChildProcess(server, arguments, folder).Wait();
 }
 
 }  // namespace ceilmap::support

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/program_server.hpp"
+
 namespace ceilmap::support {
 
 /// What a program left when it ended.
@@ -20,6 +22,10 @@ class ChildProcess {
  public:
   /// Starts `arguments[0]` in the folder `folder`.
   ChildProcess(const std::vector<std::string>& arguments, const std::string& folder);
+  /// Lets a server start ceilmap; it cannot be sent signals. To be waited for.
+  ChildProcess(const ProgramServer& server,
+               const std::vector<std::string>& arguments,
+               const std::string& folder);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -38,13 +44,15 @@ class ChildProcess {
  private:
   bool ReadSome(int also = -1, bool* also_ready = nullptr);
 
+  const ProgramServer* server_ = nullptr;  // of a program that it started
   pid_t pid_ = -1;
   int out_ = -1;
   int err_ = -1;
   ProcessResult result_;
 };
 
-/// Runs the ceilmap under test to its end.
+/// Runs the ceilmap under test to its end: its code in a process of its own, by a ProgramServer.
+/// Tests that need the installed file itself, or signals, start CEILMAP_EXE by a ChildProcess.
 ProcessResult RunCeilmap(const std::vector<std::string>& arguments, const std::string& folder);
 
 }  // namespace ceilmap::support

@@ -13,12 +13,12 @@ namespace ceilmap::mount {
 namespace {
 
 /// Seen by a camera that is mounted askew.
-simulator::Scene FlickeringRoom() {
+simulator::Scene FlickeringRoom(double flicker_depth) {
   simulator::Scene scene = compensation::synthetic::FlickeringRoom();
   scene.camera.mount_x_m = 0.1;
   scene.camera.mount_yaw_deg = 30;
   scene.camera.mount_pitch_deg = 6;
-  scene.image.flicker_depth = 0.3;
+  scene.image.flicker_depth = flicker_depth;
   scene.path.max_frames = 20;
   return scene;
 }
@@ -46,9 +46,13 @@ struct FlickerDrive {
   }
 
   [[nodiscard]] CeilingRecording Without(double readout_time_s) const {
+    return Without(recording, readout_time_s);
+  }
+  [[nodiscard]] CeilingRecording Without(const CeilingRecording& images,
+                                         double readout_time_s) const {
     calib::MountedCamera up = *renderer.GetRig().up;
     up.readout_time_s = readout_time_s;
-    return WithoutFlicker(recording, cameras, up, renderer.GetRig().ceiling_height_m);
+    return WithoutFlicker(images, cameras, up, renderer.GetRig().ceiling_height_m);
   }
 
   simulator::Renderer renderer;
@@ -61,14 +65,21 @@ double MeanDifference(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total());
 }
 
+// The drives that all tests share: rendered once.
+const FlickerDrive& Flickering() {
+  static const FlickerDrive drive(FlickeringRoom(0.3));
+  return drive;
+}
+const FlickerDrive& Steady() {
+  static const FlickerDrive drive(FlickeringRoom(0));
+  return drive;
+}
+
 TEST(SteadyLight, BandsAreRemovedFromAllImages) {
-  const FlickerDrive drive(FlickeringRoom());
-  simulator::Scene even = FlickeringRoom();
-  even.image.flicker_depth = 0;
-  const FlickerDrive steady(even);
+  const FlickerDrive& drive = Flickering();
   const CeilingRecording removed = drive.Without(0.025);
   for (std::size_t i = 0; i < drive.cameras.size(); ++i) {
-    const cv::Mat& wanted = steady.recording.keyframes[i].image;
+    const cv::Mat& wanted = Steady().recording.keyframes[i].image;
     const double before = MeanDifference(drive.recording.keyframes[i].image, wanted);
     EXPECT_GT(before, 5) << i;  // grey levels; noise is below one
     EXPECT_LT(MeanDifference(removed.keyframes[i].image, wanted), 0.25 * before) << i;
@@ -77,28 +88,25 @@ TEST(SteadyLight, BandsAreRemovedFromAllImages) {
 
 // A calibration finds the read-out time in rounds.
 TEST(SteadyLight, AnErrorOfTheReadoutTimeLeavesAPart) {
-  const FlickerDrive drive(FlickeringRoom());
-  simulator::Scene even = FlickeringRoom();
-  even.image.flicker_depth = 0;
-  const cv::Mat wanted = FlickerDrive(even).recording.keyframes.back().image;
+  const FlickerDrive& drive = Flickering();
+  const cv::Mat wanted = Steady().recording.keyframes.back().image;
   const double before = MeanDifference(drive.recording.keyframes.back().image, wanted);
   EXPECT_LT(MeanDifference(drive.Without(0.023).keyframes.back().image, wanted), 0.5 * before);
 }
 
 TEST(SteadyLight, ImagesAreNotTouchedWithoutBandsReadoutOrStamps) {
-  const auto expect_same = [](const FlickerDrive& drive, double readout_time_s) {
-    const CeilingRecording same = drive.Without(readout_time_s);
-    for (std::size_t i = 0; i < drive.cameras.size(); ++i) {
-      EXPECT_EQ(same.keyframes[i].image.data, drive.recording.keyframes[i].image.data) << i;
-    }
-  };
-  simulator::Scene even = FlickeringRoom();
-  even.image.flicker_depth = 0;
-  expect_same(FlickerDrive(even), 0.025);
-  FlickerDrive drive(FlickeringRoom());
-  expect_same(drive, 0);
-  drive.recording.has_stamps = false;
-  expect_same(drive, 0.025);
+  const auto expect_same =
+      [](const FlickerDrive& drive, const CeilingRecording& recording, double readout_time_s) {
+        const CeilingRecording same = drive.Without(recording, readout_time_s);
+        for (std::size_t i = 0; i < drive.cameras.size(); ++i) {
+          EXPECT_EQ(same.keyframes[i].image.data, recording.keyframes[i].image.data) << i;
+        }
+      };
+  expect_same(Steady(), Steady().recording, 0.025);
+  CeilingRecording recording = Flickering().recording;
+  expect_same(Flickering(), recording, 0);
+  recording.has_stamps = false;
+  expect_same(Flickering(), recording, 0.025);
 }
 
 }  // namespace
