@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/app/recordings/encoded_video.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
+#include "tests/faults/videos.hpp"
 #include "tests/support/test_folder.hpp"
 
 namespace ceilmap::faults {
@@ -57,6 +59,22 @@ TEST_F(Faults, WhiteImagesSayNothing) {
 
 TEST_F(Faults, BlurredImagesHaveALargeCovariance) {
   ExpectSurvived(TheLab().Map(FaultNamed("motion blur of 25 px in 20 %"), 1));
+}
+
+// In the turns the codec repeats parts of the images, which looks like depth, tilt and slow turns.
+TEST_F(Faults, AVideoThatIsCompressedTooMuchGivesNoWrongPose) {
+  const support::TestFolder folder;
+  const World world = TilesWorld();
+  std::vector<cv::Mat> images;
+  for (const Shot& shot : world.shots) images.push_back(shot.image);
+  recordings::WriteEncoded(
+      folder.Path() / "up.mp4",
+      {.codec = "libx265", .options = {{"crf", "40"}, {"x265-params", "log-level=error"}}},
+      images);
+  const Outcome outcome = MapStoredVideo(world, "up.mp4", false, folder.Path());
+  ExpectSurvived(outcome);
+  EXPECT_GT(outcome.Coverage(), 0.2);
+  EXPECT_LT(outcome.largest_m, 0.02);
 }
 
 TEST_F(Faults, ASizeThatChangesIsRefused) {

@@ -276,11 +276,12 @@ void Encode(const Recording& shots,
 
 }  // namespace
 
+World TilesWorld() {
+  return Simulated("tiles", MappedRoom());
+}
+
 std::vector<World> AllWorlds() {
-  return {Simulated("tiles", MappedRoom()),
-          Simulated("hall", Hall()),
-          Simulated("plaster", PlasterRoom()),
-          LabMap()};
+  return {TilesWorld(), Simulated("hall", Hall()), Simulated("plaster", PlasterRoom()), LabMap()};
 }
 
 const std::vector<VideoCase>& AllVideoCases() {
@@ -306,25 +307,29 @@ std::optional<Outcome> MapVideo(const World& world,
   }
   Random random(seed);
   if (video.frames) seen.shots = video.frames(seen.shots, random);
-  if (!video.stamps) {
-    for (std::size_t i = 0; i < seen.shots.size(); ++i) {
-      seen.shots[i].stamp_s = static_cast<double>(i) / seen.rate_hz;
+  Encode(seen.shots, seen.rate_hz, video, folder);
+  return MapStoredVideo(std::move(seen), video.file, video.stamps, folder);
+}
+
+Outcome MapStoredVideo(World world, const std::string& file, bool stamps, const fs::path& folder) {
+  if (!stamps) {
+    for (std::size_t i = 0; i < world.shots.size(); ++i) {
+      world.shots[i].stamp_s = static_cast<double>(i) / world.rate_hz;
     }
   }
-  Encode(seen.shots, seen.rate_hz, video, folder);
-  WriteBytes(folder / "rig.yaml", seen.rig);
-  WriteBytes(folder / "up.csv", StampsText(seen.shots));
-  WriteBytes(folder / "up.tum", TruthText(seen.shots));
-  Options arguments = {"map", "--rig=rig.yaml", "--up=" + video.file, "-o", "m.gpkg"};
-  if (video.stamps) arguments.emplace_back("--stamps=up.csv");
+  WriteBytes(folder / "rig.yaml", world.rig);
+  WriteBytes(folder / "up.csv", StampsText(world.shots));
+  WriteBytes(folder / "up.tum", TruthText(world.shots));
+  Options arguments = {"map", "--rig=rig.yaml", "--up=" + file, "-o", "m.gpkg"};
+  if (stamps) arguments.emplace_back("--stamps=up.csv");
   const fs::path map = folder / "m.gpkg";
   fs::remove(map);
   const support::ProcessResult result = support::RunCeilmap(arguments, folder.string());
   WriteBytes(folder / "out.txt", result.out + result.err);
-  Outcome outcome = OutcomeOf(result, seen.shots);
+  Outcome outcome = OutcomeOf(result, world.shots);
   if (fs::exists(map)) {
     const std::vector<Estimate> poses = PosesOfMap(map);
-    Score(poses, seen.shots, FitMap(poses, seen.shots), outcome);
+    Score(poses, world.shots, FitMap(poses, world.shots), outcome);
   }
   return outcome;
 }

@@ -24,6 +24,8 @@ struct World {
 /// Three simulated rooms (tiles at 320 x 240, tiles of a hall, plaster without edges) and the
 /// bundled recording lab-map.
 std::vector<World> AllWorlds();
+/// The first of them.
+World TilesWorld();
 
 /// A way in which a camera, a phone or a recorder makes a video of a drive.
 struct VideoCase {
@@ -41,11 +43,19 @@ struct VideoCase {
 
 const std::vector<VideoCase>& AllVideoCases();
 
-/// Stores the case's video in `folder` and runs `ceilmap map` on it. Without stamps a shot's time
-/// is its place in the video. @return nothing where the world has no scene and the case needs one.
+/// Stores the case's video in `folder` and runs `ceilmap map` on it.
+/// @return nothing where the world has no scene and the case needs one.
 std::optional<Outcome> MapVideo(const World& world,
                                 const VideoCase& video,
                                 unsigned seed,
                                 const std::filesystem::path& folder);
+
+/// The same for a video that is already in `folder`, as `file`, and shows the world's shots.
+/// @param stamps  whether the run is given their times; if not, a shot's time is its place in the
+/// video.
+Outcome MapStoredVideo(World world,
+                       const std::string& file,
+                       bool stamps,
+                       const std::filesystem::path& folder);
 
 }  // namespace ceilmap::faults
