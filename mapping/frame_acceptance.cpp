@@ -28,6 +28,10 @@ constexpr double kMinDistortedInliers = 0.53;
 constexpr double kInliersPerNat = 0.33;
 // Nothing is left of the sensor's noise, and of most texture.
 constexpr double kTotalLoss = 0.68;
+// Limits relative to the medians of so many matches of such images.
+constexpr std::size_t kRememberedEncoded = 40;
+constexpr double kMinRelativeInliers = 0.65;
+constexpr double kMaxRelativeDissimilarity = 1.2;
 
 bool IsStill(const ImageMotion& motion) {
   return std::hypot(motion.tx_px, motion.ty_px) < kStillPx &&
@@ -76,14 +80,26 @@ bool FrameAcceptance::RestsOnCopies(const RegisteredFrame& frame, const FrameBef
 
 /// Whether a registration follows what the codec did instead of the ceiling: it takes parts of the
 /// image before, too little displaced, so that the robot seems to slow down. Where all is lost,
-/// they may be displaced in any way.
+/// they may be displaced in any way; such a match is worse than the others of the recording, whose
+/// ceiling may have weak texture.
 bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame) {
   const double loss = frame.spectrum.CodingLoss();
   if (loss < kDistortingLoss) return false;
-  if (loss < kTotalLoss && !prediction_.FallsBehind(frame.T_map_base)) return false;
   const MatchQuality quality = Quality(frame.reference, frame.spectrum, frame.registration);
   const double excess = quality.dissimilarity - kMaxDistorted;
-  return excess > 0 && quality.inlier_ratio < kMinDistortedInliers + kInliersPerNat * excess;
+  bool follows =
+      excess > 0 && quality.inlier_ratio < kMinDistortedInliers + kInliersPerNat * excess;
+  if (follows && !prediction_.FallsBehind(frame.T_map_base)) {
+    const MatchQuality typical = Median({encoded_.begin(), encoded_.end()});
+    follows = loss > kTotalLoss &&
+              (quality.inlier_ratio < kMinRelativeInliers * typical.inlier_ratio ||
+               quality.dissimilarity > kMaxRelativeDissimilarity * typical.dissimilarity);
+  }
+  if (!follows) {
+    encoded_.push_back(quality);
+    if (encoded_.size() > kRememberedEncoded) encoded_.pop_front();
+  }
+  return follows;
 }
 
 std::optional<int> FrameAcceptance::StepsTo(const RegisteredFrame& frame,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "calib/ceiling_view.hpp"
@@ -57,7 +58,8 @@ class FrameAcceptance {
   const calib::CeilingView& view_;
   FramePrediction& prediction_;
   registration::Registrar& registrar_;
-  MatchGate standard_;  // learned from the edges of keyframes
+  MatchGate standard_;                // learned from the edges of keyframes
+  std::deque<MatchQuality> encoded_;  // of the last strongly encoded frames that were accepted
 };
 
 }  // namespace ceilmap::mapping

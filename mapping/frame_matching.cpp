@@ -133,13 +133,13 @@ bool ShowsOnlyTheCamera(const RecentKeyframe& reference,
                         const FrameSpectrum& spectrum,
                         const Registration& found,
                         Registrar& registrar) {
-  constexpr double kStillPx = 8;
-  constexpr double kStillRad = 0.03;
+  constexpr double kSeemsStillPx = 8;
+  constexpr double kSeemsStillRad = 0.03;
   // Under plain ceilings at most 0.04 of the blocks tell where they are; under weak plaster 0.2,
   // and less only in motion, where the heights are not known.
   constexpr double kMinTelling = 0.08;
-  const bool still = std::hypot(found.motion.tx_px, found.motion.ty_px) < kStillPx &&
-                     std::abs(found.motion.theta_rad) < kStillRad;
+  const bool still = std::hypot(found.motion.tx_px, found.motion.ty_px) < kSeemsStillPx &&
+                     std::abs(found.motion.theta_rad) < kSeemsStillRad;
   return (still || registrar.TexturedRatio(reference.spectrum) < kMinTextured) &&
          registrar.TellingRatio(reference.spectrum, spectrum, found.motion) < kMinTelling;
 }

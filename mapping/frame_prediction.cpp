@@ -169,8 +169,8 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
 }
 
 bool FramePrediction::FallsBehind(const Pose2& T_map_base) const {
-  constexpr double kEvenRatio = 0.008;  // of the longer side of the image
-  constexpr double kEvenRad = 0.012;
+  constexpr double kEvenRatio = 0.015;  // of the longer side of the image
+  constexpr double kEvenRad = 0.03;
   if (recent_.size() < 2) return false;
   const PlacedFrame& from = recent_[recent_.size() - 2];
   const PlacedFrame& to = recent_.back();
