@@ -83,18 +83,21 @@ bool FrameAcceptance::RestsOnCopies(const RegisteredFrame& frame, const FrameBef
 /// they may be displaced in any way; such a match is worse than the others of the recording, whose
 /// ceiling may have weak texture.
 bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame) {
+  doubtful_ = false;
   const double loss = frame.spectrum.CodingLoss();
   if (loss < kDistortingLoss) return false;
   const MatchQuality quality = Quality(frame.reference, frame.spectrum, frame.registration);
   const double excess = quality.dissimilarity - kMaxDistorted;
-  bool follows =
+  const bool poor =
       excess > 0 && quality.inlier_ratio < kMinDistortedInliers + kInliersPerNat * excess;
-  if (follows && !prediction_.FallsBehind(frame.T_map_base)) {
+  bool follows = poor;
+  if (poor && !prediction_.FallsBehind(frame.T_map_base)) {
     const MatchQuality typical = Median({encoded_.begin(), encoded_.end()});
     follows = loss > kTotalLoss &&
               (quality.inlier_ratio < kMinRelativeInliers * typical.inlier_ratio ||
                quality.dissimilarity > kMaxRelativeDissimilarity * typical.dissimilarity);
   }
+  doubtful_ = poor && !follows;
   if (!follows) {
     encoded_.push_back(quality);
     if (encoded_.size() > kRememberedEncoded) encoded_.pop_front();

@@ -46,6 +46,9 @@ class FrameAcceptance {
   /// missing without a trace. Nothing where the robot cannot be there: against the motion, only a
   /// place that is unique and looks as it did is accepted.
   std::optional<int> StepsTo(const RegisteredFrame& frame, const FrameBefore& before);
+  /// Whether that frame was accepted only because it continues the motion: a codec left little of
+  /// its image.
+  [[nodiscard]] bool IsDoubtful() const { return doubtful_; }
 
  private:
   MatchQuality Quality(const RecentKeyframe& reference,
@@ -58,6 +61,7 @@ class FrameAcceptance {
   const calib::CeilingView& view_;
   FramePrediction& prediction_;
   registration::Registrar& registrar_;
+  bool doubtful_ = false;
   MatchGate standard_;                // learned from the edges of keyframes
   std::deque<MatchQuality> encoded_;  // of the last strongly encoded frames that were accepted
 };

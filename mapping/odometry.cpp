@@ -99,6 +99,7 @@ struct Odometry::Impl {
                     const graph::Edge& edge,
                     bool ambiguous,
                     OdometryStep& step);
+  void Doubt(const graph::FramePose& pose, graph::Edge& edge) const;
   void Bridge(OdometryStep& step);
   [[nodiscard]] bool WantsKeyframe(const OdometryStep& step) const;
   void Remember(const OdometryStep& step,
@@ -150,6 +151,17 @@ graph::Edge Odometry::Impl::Measured(const RecentKeyframe& reference,
   return edge;
 }
 
+/// Adds to an accepted edge what speaks against it.
+void Odometry::Impl::Doubt(const graph::FramePose& pose, graph::Edge& edge) const {
+  InflateCovariance(prediction.InnovationSigma(pose.T_map_base, steps), 0, edge);
+  // Errors of strongly encoded images that continued the motion: up to 5 px and 1.5 degrees.
+  constexpr double kDoubtfulPx = 2;
+  constexpr double kDoubtfulRad = 0.015;
+  if (acceptance.IsDoubtful()) {
+    InflateCovariance(kDoubtfulPx * view.MetresPerPixel(), kDoubtfulRad, edge);
+  }
+}
+
 /// A frame that becomes a keyframe is measured with all blocks.
 void Odometry::Impl::Sharpen(const FrameSpectrum& spectrum, OdometryStep& step, graph::Edge& edge) {
   const RecentKeyframe* const reference = recent.Find(step.pose.keyframe_id);
@@ -167,7 +179,7 @@ void Odometry::Impl::Sharpen(const FrameSpectrum& spectrum, OdometryStep& step, 
   }
   step.registration = exact;
   edge = Measured(*reference, exact, step.pose);
-  InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base, steps), edge);
+  Doubt(step.pose, edge);
   Place(*reference, edge, step.pose);
 }
 
@@ -188,7 +200,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
     step.registration.verdict = Verdict::kAmbiguous;
     return false;
   }
-  InflatePlaceCovariance(prediction.InnovationSigma(step.pose.T_map_base, steps), edge);
+  Doubt(step.pose, edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
   if (index + 1 == recent.Size() && step.registration.blocks > 0) {

@@ -88,10 +88,11 @@ void InflateTiltCovariance(const calib::CeilingView& view, const Tilt& tilt, gra
   edge.information = covariance.inverse();
 }
 
-void InflatePlaceCovariance(double sigma, graph::Edge& edge) {
-  if (sigma == 0) return;
+void InflateCovariance(double sigma, double sigma_yaw, graph::Edge& edge) {
+  if (sigma == 0 && sigma_yaw == 0) return;
   Eigen::Matrix3d covariance = edge.information.inverse();
   covariance.topLeftCorner<2, 2>().diagonal().array() += sigma * sigma;
+  covariance(2, 2) += sigma_yaw * sigma_yaw;
   edge.information = covariance.inverse();
 }
 

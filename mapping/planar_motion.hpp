@@ -59,8 +59,8 @@ Eigen::Matrix2d TiltCovariance(const calib::CeilingView& view,
 /// (TiltCovariance).
 void InflateTiltCovariance(const calib::CeilingView& view, const Tilt& tilt, graph::Edge& edge);
 
-/// Adds a position uncertainty to an edge's covariance, equal in x and y. @param sigma  standard
-/// deviation, map units, >= 0.
-void InflatePlaceCovariance(double sigma, graph::Edge& edge);
+/// Adds an uncertainty to an edge's covariance. @param sigma  standard deviation, equal in x and y,
+/// map units, >= 0. @param sigma_yaw  rad, >= 0.
+void InflateCovariance(double sigma, double sigma_yaw, graph::Edge& edge);
 
 }  // namespace ceilmap::mapping

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/app/recordings/encoded_video.hpp"
+#include "tests/support/encoded_video.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
 #include "tests/faults/videos.hpp"
@@ -67,7 +67,7 @@ TEST_F(Faults, AVideoThatIsCompressedTooMuchGivesNoWrongPose) {
   const World world = TilesWorld();
   std::vector<cv::Mat> images;
   for (const Shot& shot : world.shots) images.push_back(shot.image);
-  recordings::WriteEncoded(
+  support::WriteEncoded(
       folder.Path() / "up.mp4",
       {.codec = "libx265", .options = {{"crf", "40"}, {"x265-params", "log-level=error"}}},
       images);

@@ -13,13 +13,15 @@ extern "C" {
 
 #include "app/recordings/frame_source.hpp"
 #include "calib/base/error.hpp"
-#include "tests/app/recordings/encoded_video.hpp"
+#include "tests/support/encoded_video.hpp"
 #include "tests/support/synthetic_recording.hpp"
 #include "tests/support/test_folder.hpp"
 
 namespace ceilmap::recordings {
 namespace {
 
+using support::Encoding;
+using support::WriteEncoded;
 using testing::ElementsAre;
 using testing::IsEmpty;
 

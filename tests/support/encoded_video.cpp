@@ -1,4 +1,4 @@
-#include "tests/app/recordings/encoded_video.hpp"
+#include "tests/support/encoded_video.hpp"
 
 #include <cstring>
 #include <memory>
@@ -10,7 +10,7 @@ extern "C" {
 #include <libavutil/log.h>
 }
 
-namespace ceilmap::recordings {
+namespace ceilmap::support {
 namespace {
 
 constexpr AVRational kTenths = {1, 10};
@@ -140,4 +140,4 @@ void WriteEncoded(const std::filesystem::path& file,
   writer.Finish();
 }
 
-}  // namespace ceilmap::recordings
+}  // namespace ceilmap::support

@@ -14,7 +14,7 @@ extern "C" {
 #include <libavutil/rational.h>
 }
 
-namespace ceilmap::recordings {
+namespace ceilmap::support {
 
 /// How WriteEncoded stores a video. The container follows from the file's extension.
 struct Encoding {
@@ -34,4 +34,4 @@ void WriteEncoded(const std::filesystem::path& file,
                   const Encoding& encoding,
                   const std::vector<cv::Mat>& images);
 
-}  // namespace ceilmap::recordings
+}  // namespace ceilmap::support
