@@ -4,10 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/encoded_video.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
 #include "tests/faults/videos.hpp"
+#include "tests/support/encoded_video.hpp"
 #include "tests/support/test_folder.hpp"
 
 namespace ceilmap::faults {
