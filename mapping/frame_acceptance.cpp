@@ -19,7 +19,7 @@ constexpr double kStillRad = 0.003;
 // CRF 18 to 40: 0.4 to 1.0; where the codec repeated texture while the robot moved: 1.2 to 2.9.
 constexpr double kMaxStillDissimilarity = 1.15;
 // With a larger FrameSpectrum::CodingLoss an image consists mainly of parts of the image before. Of
-// 1,800 matches of such images (x265 at CRF 40 and 45) 10 % were wrong, nine out of ten of them
+// 1,800 matches of such images (x265 at CRF 40 and 45) 11 % were wrong, four out of five of them
 // more dissimilar than kMaxDistorted, nats, and with fewer inliers than kMinDistortedInliers, a
 // ratio that increases with the dissimilarity by kInliersPerNat.
 constexpr double kDistortingLoss = 0.35;

@@ -63,7 +63,7 @@ class FrameAcceptance {
   registration::Registrar& registrar_;
   bool doubtful_ = false;
   MatchGate standard_;                // learned from the edges of keyframes
-  std::deque<MatchQuality> encoded_;  // of the last strongly encoded frames that were accepted
+  std::deque<MatchQuality> encoded_;  // strongly encoded frames that passed FollowsCodec
 };
 
 }  // namespace ceilmap::mapping
