@@ -60,8 +60,13 @@ double WhitePower(const ImageNoise& a, const ImageNoise& b) {
   return double{a.white} * b.white;
 }
 
-double CodedPower(const ImageNoise& a, const ImageNoise& b) {
-  return a.IsEncoded() && b.IsEncoded() ? double{a.coded} * b.coded : WhitePower(a, b);
+bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
+  return current.IsEncoded() && (!same_recording || reference.IsEncoded());
+}
+
+double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
+  if (!CodecCounts(reference, current, same_recording)) return WhitePower(reference, current);
+  return double{same_recording ? reference.coded : current.coded} * current.coded;
 }
 
 }  // namespace ceilmap::registration

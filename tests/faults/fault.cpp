@@ -103,6 +103,7 @@ void AddImageFaults(std::vector<Fault>& faults) {
 }
 
 void AddFileFaults(std::vector<Fault>& faults) {
+  faults.push_back({"x265, CRF 35", {}, Storage::kCoarse});
   faults.push_back(Corrupted("H.264 (MP4), bytes flipped in 1 % of packets", Storage::kMp4, 0.01));
   faults.push_back(Corrupted("H.264 (MP4), bytes flipped in 5 % of packets", Storage::kMp4, 0.05));
   faults.push_back(

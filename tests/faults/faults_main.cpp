@@ -23,7 +23,7 @@
 #include "calib/base/error.hpp"
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
-#include "tests/faults/videos.hpp"
+#include "tests/faults/video_runs.hpp"
 #include "tests/support/command_line.hpp"
 
 namespace ceilmap::faults {
@@ -107,29 +107,44 @@ bool RunRecordings(const std::filesystem::path& folder) {
   return survived;
 }
 
-// `only`: part of "WORLD/GROUP/CASE"; its files stay in the folder.
+void Print(const World& world,
+           const VideoCase& video,
+           const char* command,
+           const Outcome& outcome) {
+  fmt::print("| {} | {} | {} | {} | {} | {:.1f} % | {:.2f} | {:.2f} | {} |\n",
+             world.name,
+             command,
+             video.group,
+             video.name,
+             outcome.exit_code,
+             100 * outcome.Coverage(),
+             1e3 * outcome.rmse_m,
+             1e3 * outcome.largest_m,
+             outcome.wrong);
+  std::fflush(stdout);
+}
+
+// `only`: part of "WORLD/COMMAND/GROUP/CASE"; its files stay in the folder.
 bool RunVideos(const std::string& only, const std::filesystem::path& folder) {
   fmt::print(
-      "| world | video | case | exit | placed | RMSE mm | largest mm | wrong |\n"
-      "|---|---|---|---|---|---|---|---|\n");
+      "| world | command | video | case | exit | placed | RMSE mm | largest mm | wrong |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
   bool survived = true;
   for (const World& world : AllWorlds()) {
+    std::optional<VideoLab> lab;
     for (const VideoCase& video : AllVideoCases()) {
-      const std::string name = world.name + "/" + video.group + "/" + video.name;
-      if (name.find(only) == std::string::npos) continue;
-      const std::optional<Outcome> outcome = MapVideo(world, video, 1, folder);
-      if (!outcome) continue;
-      fmt::print("| {} | {} | {} | {} | {:.1f} % | {:.2f} | {:.2f} | {} |\n",
-                 world.name,
-                 video.group,
-                 video.name,
-                 outcome->exit_code,
-                 100 * outcome->Coverage(),
-                 1e3 * outcome->rmse_m,
-                 1e3 * outcome->largest_m,
-                 outcome->wrong);
-      std::fflush(stdout);
-      survived = survived && outcome->wrong == 0;
+      for (const std::string command : {"map", "localize"}) {
+        const std::string name =
+            fmt::format("{}/{}/{}/{}", world.name, command, video.group, video.name);
+        if (name.find(only) == std::string::npos) continue;
+        const bool mapped = command == "map";
+        if (!mapped && !lab) lab.emplace(world, folder);
+        const std::optional<Outcome> outcome =
+            mapped ? MapVideo(world, video, 1, folder) : lab->Localize(video, 1);
+        if (!outcome) continue;
+        Print(world, video, command.c_str(), *outcome);
+        survived = survived && outcome->wrong == 0;
+      }
     }
   }
   return survived;

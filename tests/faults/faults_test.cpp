@@ -6,7 +6,7 @@
 
 #include "tests/faults/lab.hpp"
 #include "tests/faults/system_faults.hpp"
-#include "tests/faults/videos.hpp"
+#include "tests/faults/video_runs.hpp"
 #include "tests/support/encoded_video.hpp"
 #include "tests/support/test_folder.hpp"
 
@@ -75,6 +75,14 @@ TEST_F(Faults, AVideoThatIsCompressedTooMuchGivesNoWrongPose) {
   ExpectSurvived(outcome);
   EXPECT_GT(outcome.Coverage(), 0.2);
   EXPECT_LT(outcome.largest_m, 0.02);
+}
+
+// What the codec repeats looks like tilt, and nothing is left of the texture of the tiles.
+TEST_F(Faults, AVideoThatIsCompressedMuchIsLocalized) {
+  const Outcome outcome = TheLab().Localize(FaultNamed("x265, CRF 35"), 1);
+  ExpectSurvived(outcome);
+  EXPECT_GT(outcome.Coverage(), 0.8);
+  EXPECT_LT(outcome.largest_m, 0.01);
 }
 
 TEST_F(Faults, ASizeThatChangesIsRefused) {

@@ -12,6 +12,7 @@
 #include "calib/base/tilt.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
+#include "tests/support/encoded_video.hpp"
 #include "tests/support/h264.hpp"
 
 namespace fs = std::filesystem;
@@ -77,6 +78,16 @@ fs::path StoreImages(const Recording& recording, const fs::path& folder, Storage
     return target;
   }
   fs::path mp4 = folder / "up.mp4";
+  if (storage == Storage::kCoarse) {
+    std::vector<cv::Mat> images;
+    images.reserve(recording.size());
+    for (const Shot& shot : recording) images.push_back(shot.image);
+    support::WriteEncoded(
+        mp4,
+        {.codec = "libx265", .options = {{"crf", "35"}, {"x265-params", "log-level=error"}}},
+        images);
+    return mp4;
+  }
   const auto writer = recordings::RecordingWriter::Create(
       recordings::RecordingFormat::kVideo, mp4, recording.front().image.size(), kRateHz);
   for (const Shot& shot : recording) writer->Write(writer->Prepare(shot.image));

@@ -36,7 +36,8 @@ Recording Render(const simulator::Scene& scene);
 enum class Storage {
   kImages,  ///< a folder of PNG, numbered in order
   kMp4,     ///< H.264, as `ceilmap simulate` stores it
-  kAnnexB   ///< the same, as a camera sends it: NAL units behind start codes, no container
+  kAnnexB,  ///< the same, as a camera sends it: NAL units behind start codes, no container
+  kCoarse   ///< x265 at CRF 35
 };
 
 /// Stores the images under `folder`/up, up.mp4 or up.h264. @return that path.

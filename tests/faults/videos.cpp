@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -16,9 +16,13 @@
 namespace fs = std::filesystem;
 
 namespace ceilmap::faults {
-namespace {
 
-using Options = std::vector<std::string>;
+Options With(Options options, const Options& more) {
+  options.insert(options.end(), more.begin(), more.end());
+  return options;
+}
+
+namespace {
 
 World Simulated(std::string name, const simulator::Scene& scene) {
   return {
@@ -57,6 +61,22 @@ simulator::Scene PlasterRoom() {
   return scene;
 }
 
+/// Another robot with another camera, in less light, on another way in the mapped part of the room.
+simulator::Scene Visit(simulator::Scene scene) {
+  scene.robot = "another robot";
+  scene.camera.focal_px *= 1.08;
+  scene.camera.mount_height_m += 0.15;
+  scene.camera.mount_x_m = 0.03;
+  scene.image.exposure_gain = 0.75;
+  scene.path.kind = simulator::PathKind::kWaypoints;
+  const auto [x_min, y_min, x_max, y_max] = scene.path.area_m;
+  for (const auto& [x, y] : {std::pair{0.9, 0.9}, {0.9, 0.12}, {0.1, 0.08}, {0.08, 0.8}}) {
+    scene.path.waypoints_m.push_back({std::lerp(x_min, x_max, x), std::lerp(y_min, y_max, y)});
+  }
+  scene.path.corner_radius_m = 0.4;
+  return scene;
+}
+
 World LabMap() {
   const fs::path folder = fs::path(CEILMAP_SOURCE_DIR) / "samples/lab-map";
   World world{"lab-map", {}, 10, ReadBytes(folder / "rig.yaml"), {}};
@@ -89,6 +109,13 @@ Options X264(int crf, const char* preset) {
   return {"-c:v", "libx264", "-preset", preset, "-crf", std::to_string(crf)};
 }
 
+/// The robot is carried on by a third of its way, between two images.
+Recording Carried(const Recording& good, Random& /*random*/) {
+  Recording faulty(good.begin(), good.begin() + good.size() / 3);
+  faulty.insert(faulty.end(), good.begin() + 2 * good.size() / 3, good.end());
+  return faulty;
+}
+
 void AddDrops(std::vector<VideoCase>& cases) {
   const Options good = X264(18, "medium");
   for (const bool stamps : {false, true}) {
@@ -105,6 +132,18 @@ void AddDrops(std::vector<VideoCase>& cases) {
   }
 }
 
+Options X265(int crf) {
+  return {"-c:v", "libx265", "-x265-params", "log-level=error", "-crf", std::to_string(crf)};
+}
+
+void AddCarried(std::vector<VideoCase>& cases) {
+  for (const int crf : {30, 35, 38, 40}) {
+    cases.push_back(
+        {"carried", fmt::format("x264 CRF {}", crf), {}, Carried, true, X264(crf, "medium")});
+    cases.push_back({"carried", fmt::format("x265 CRF {}", crf), {}, Carried, true, X265(crf)});
+  }
+}
+
 void AddCodecs(std::vector<VideoCase>& cases) {
   for (const int crf : {30, 35, 40, 45}) {
     const std::string text = std::to_string(crf);
@@ -112,12 +151,7 @@ void AddCodecs(std::vector<VideoCase>& cases) {
       cases.push_back(
           {"codec", fmt::format("x264 {} CRF {}", preset, crf), {}, {}, false, X264(crf, preset)});
     }
-    cases.push_back({"codec",
-                     "x265 CRF " + text,
-                     {},
-                     {},
-                     false,
-                     {"-c:v", "libx265", "-x265-params", "log-level=error", "-crf", text}});
+    cases.push_back({"codec", "x265 CRF " + text, {}, {}, false, X265(crf)});
     cases.push_back({"codec",
                      "VP9 CRF " + text,
                      {},
@@ -144,11 +178,6 @@ void AddCodecs(std::vector<VideoCase>& cases) {
                    {"-c:v", "mjpeg", "-pix_fmt", "yuvj420p", "-q:v", "20"},
                    {},
                    "up.avi"});
-}
-
-Options With(Options options, const Options& more) {
-  options.insert(options.end(), more.begin(), more.end());
-  return options;
 }
 
 void AddPixels(std::vector<VideoCase>& cases) {
@@ -233,51 +262,27 @@ void AddGeometry(std::vector<VideoCase>& cases) {
   AddPixels(cases);
 }
 
-void RunFfmpeg(const Options& options, const fs::path& folder) {
-  const support::ProcessResult result =
-      support::ChildProcess(With({"/usr/bin/env", "ffmpeg", "-v", "error", "-y"}, options),
-                            folder.string())
-          .Wait();
-  if (result.exit_code != 0) throw std::runtime_error("ffmpeg: " + result.err);
-}
-
-void Encode(const Recording& shots,
-            double rate_hz,
-            const VideoCase& video,
-            const fs::path& folder) {
-  const cv::Size size = shots.front().image.size();
-  {
-    std::ofstream raw(folder / "raw", std::ios::binary);
-    for (const Shot& shot : shots) {
-      const cv::Mat image = shot.image.isContinuous() ? shot.image : shot.image.clone();
-      raw.write(reinterpret_cast<const char*>(image.data),
-                static_cast<std::streamsize>(image.total()));
-    }
-  }
-  const Options command = {"-f",
-                           "rawvideo",
-                           "-pix_fmt",
-                           "gray",
-                           "-s",
-                           fmt::format("{}x{}", size.width, size.height),
-                           "-r",
-                           fmt::format("{}", rate_hz),
-                           "-i",
-                           "raw",
-                           "-pix_fmt",
-                           "yuv420p"};
-  const std::string first = video.flags.empty() ? video.file : "plain-" + video.file;
-  RunFfmpeg(With(With(command, video.encoder), {first}), folder);
-  fs::remove(folder / "raw");
-  if (video.flags.empty()) return;
-  RunFfmpeg(With(With({"-i", first, "-c", "copy"}, video.flags), {video.file}), folder);
-  fs::remove(folder / first);
-}
-
 }  // namespace
 
 World TilesWorld() {
   return Simulated("tiles", MappedRoom());
+}
+
+std::optional<World> VisitorOf(const World& world) {
+  if (!world.scene) return std::nullopt;
+  return Simulated(world.name, Visit(*world.scene));
+}
+
+World Seen(const World& world, const VideoCase& video, unsigned seed) {
+  World seen = world;
+  if (video.scene) {
+    simulator::Scene scene = *world.scene;
+    video.scene(scene);
+    seen = Simulated(world.name, scene);
+  }
+  Random random(seed);
+  if (video.frames) seen.shots = video.frames(seen.shots, random);
+  return seen;
 }
 
 std::vector<World> AllWorlds() {
@@ -289,49 +294,11 @@ const std::vector<VideoCase>& AllVideoCases() {
     std::vector<VideoCase> all = {{"none", "CRF 18", {}, {}, false, X264(18, "medium")}};
     AddDrops(all);
     AddCodecs(all);
+    AddCarried(all);
     AddGeometry(all);
     return all;
   }();
   return cases;
-}
-
-std::optional<Outcome> MapVideo(const World& world,
-                                const VideoCase& video,
-                                unsigned seed,
-                                const fs::path& folder) {
-  if (video.scene && !world.scene) return std::nullopt;
-  World seen = world;
-  if (video.scene) {
-    video.scene(*seen.scene);
-    seen = Simulated(world.name, *seen.scene);
-  }
-  Random random(seed);
-  if (video.frames) seen.shots = video.frames(seen.shots, random);
-  Encode(seen.shots, seen.rate_hz, video, folder);
-  return MapStoredVideo(std::move(seen), video.file, video.stamps, folder);
-}
-
-Outcome MapStoredVideo(World world, const std::string& file, bool stamps, const fs::path& folder) {
-  if (!stamps) {
-    for (std::size_t i = 0; i < world.shots.size(); ++i) {
-      world.shots[i].stamp_s = static_cast<double>(i) / world.rate_hz;
-    }
-  }
-  WriteBytes(folder / "rig.yaml", world.rig);
-  WriteBytes(folder / "up.csv", StampsText(world.shots));
-  WriteBytes(folder / "up.tum", TruthText(world.shots));
-  Options arguments = {"map", "--rig=rig.yaml", "--up=" + file, "-o", "m.gpkg"};
-  if (stamps) arguments.emplace_back("--stamps=up.csv");
-  const fs::path map = folder / "m.gpkg";
-  fs::remove(map);
-  const support::ProcessResult result = support::RunCeilmap(arguments, folder.string());
-  WriteBytes(folder / "out.txt", result.out + result.err);
-  Outcome outcome = OutcomeOf(result, world.shots);
-  if (fs::exists(map)) {
-    const std::vector<Estimate> poses = PosesOfMap(map);
-    Score(poses, world.shots, FitMap(poses, world.shots), outcome);
-  }
-  return outcome;
 }
 
 }  // namespace ceilmap::faults

@@ -7,10 +7,14 @@
 #include <vector>
 
 #include "samples/simulator/scene.hpp"
-#include "tests/faults/outcome.hpp"
 #include "tests/faults/recording.hpp"
 
 namespace ceilmap::faults {
+
+/// Options of ffmpeg's.
+using Options = std::vector<std::string>;
+/// `options`, then `more`.
+Options With(Options options, const Options& more);
 
 /// A drive under a ceiling with exact truth.
 struct World {
@@ -27,6 +31,9 @@ std::vector<World> AllWorlds();
 /// The first of them.
 World TilesWorld();
 
+/// Another robot's drive in the room, with another camera; nothing for a world without a scene.
+std::optional<World> VisitorOf(const World& world);
+
 /// A way in which a camera, a phone or a recorder makes a video of a drive.
 struct VideoCase {
   std::string group;
@@ -35,27 +42,15 @@ struct VideoCase {
   std::function<void(simulator::Scene&)> scene = {};
   /// Frames that reach the file; empty: all.
   std::function<Recording(const Recording&, Random&)> frames = {};
-  bool stamps = false;                  ///< the run is given the true times
-  std::vector<std::string> encoder;     ///< ffmpeg's options of the output
-  std::vector<std::string> flags = {};  ///< options of a second run, which copies the stream
+  bool stamps = false;  ///< the run is given the true times
+  Options encoder;      ///< of the output
+  Options flags = {};   ///< options of a second run, which copies the stream
   std::string file = "up.mp4";
 };
 
 const std::vector<VideoCase>& AllVideoCases();
 
-/// Stores the case's video in `folder` and runs `ceilmap map` on it.
-/// @return nothing where the world has no scene and the case needs one.
-std::optional<Outcome> MapVideo(const World& world,
-                                const VideoCase& video,
-                                unsigned seed,
-                                const std::filesystem::path& folder);
-
-/// The same for a video that is already in `folder`, as `file`, and shows the world's shots.
-/// @param stamps  whether the run is given their times; if not, a shot's time is its place in the
-/// video.
-Outcome MapStoredVideo(World world,
-                       const std::string& file,
-                       bool stamps,
-                       const std::filesystem::path& folder);
+/// What the case's video of the world shows. @param world  with a scene where the case needs one.
+World Seen(const World& world, const VideoCase& video, unsigned seed);
 
 }  // namespace ceilmap::faults
