@@ -133,10 +133,10 @@ void GlobalSearch::MoveByWheels(const LevelFrame& frame,
                                 double unplaced_s) {
   PoseWithCovariance moved{wheels.T_before_now, wheels.Covariance()};
   // Encoders have steps, stamps have errors.
-  constexpr double kLeastSigmaM = 1e-3;
-  constexpr double kLeastSigmaRad = 1e-3;
+  constexpr double kMinSigmaM = 1e-3;
+  constexpr double kMinSigmaRad = 1e-3;
   moved.covariance.diagonal() += Eigen::Vector3d(
-      kLeastSigmaM * kLeastSigmaM, kLeastSigmaM * kLeastSigmaM, kLeastSigmaRad * kLeastSigmaRad);
+      kMinSigmaM * kMinSigmaM, kMinSigmaM * kMinSigmaM, kMinSigmaRad * kMinSigmaRad);
   if (step && !step->disambiguated_by_prior) {
     const Eigen::Vector2d length = Hypotheses::kStepScaleSigma * step->T_before_now.Translation();
     PoseWithCovariance seen{step->T_before_now, step->covariance};

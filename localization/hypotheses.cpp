@@ -240,9 +240,9 @@ bool Hypotheses::AnyMatch() const {
 std::vector<WeightedPose> Hypotheses::Places() const {
   std::vector<WeightedPose> places;
   double sum = 0;
-  constexpr double kLeast = 1e-6;  // evidence is never that certain
+  constexpr double kMin = 1e-6;  // evidence is never that certain
   for (const Hypothesis& h : all_) {
-    places.push_back({h.pose.pose, std::max(kLeast, std::exp(h.evidence))});
+    places.push_back({h.pose.pose, std::max(kMin, std::exp(h.evidence))});
     sum += places.back().weight;
   }
   for (WeightedPose& place : places) place.weight /= sum;

@@ -45,8 +45,8 @@ FineStructure FineStructure::Of(const cv::Mat& grey, const cv::Mat& mask) {
   cv::Mat around_weight;
   cv::GaussianBlur(values, around, {}, kOuterPx);
   cv::GaussianBlur(weight, around_weight, {}, kOuterPx);
-  constexpr double kLeast = 1e-3;
-  cv::divide(around, cv::max(around_weight, kLeast), around);
+  constexpr double kMin = 1e-3;
+  cv::divide(around, cv::max(around_weight, kMin), around);
   cv::Mat detail = (values - around).mul(weight);
   cv::GaussianBlur(detail, result.detail, {}, kInnerPx);
   cv::erode(inside, inside, cv::Mat(), {-1, -1}, kMarginPx, cv::BORDER_CONSTANT, cv::Scalar(0));
@@ -65,8 +65,8 @@ void FineStructure::Compress() {
       if (is_known[x] > 0) sizes.push_back(std::abs(value[x]));
     }
   }
-  constexpr double kLeast = 0.02;  // grey levels: less is rounding
-  const double typical = std::max(kLeast, Median(sizes));
+  constexpr double kMin = 0.02;  // grey levels: less is rounding
+  const double typical = std::max(kMin, Median(sizes));
   const cv::Mat size = cv::abs(detail) + typical;
   cv::divide(detail, size, detail);
 }
@@ -149,10 +149,10 @@ Submap::Drawing Submap::Draw(double length) const {
     cv::warpAffine(view->structure.known, drawn, affine, side, cv::INTER_LINEAR);
     count += drawn;
   }
-  constexpr double kLeastCount = 0.9;
-  drawing.structure.known = cv::Mat(count > kLeastCount);
+  constexpr double kMinCount = 0.9;
+  drawing.structure.known = cv::Mat(count > kMinCount);
   drawing.structure.known.convertTo(drawing.structure.known, CV_32F, 1.0 / 255);
-  cv::divide(sum, cv::max(count, kLeastCount), sum);
+  cv::divide(sum, cv::max(count, kMinCount), sum);
   sum = sum.mul(drawing.structure.known);
   drawing.structure.Compress();
   return drawing;

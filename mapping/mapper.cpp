@@ -85,9 +85,9 @@ void ScaleToReference(const Pose2& T_base_view, graph::MapGraph& map) {
     ++with_depth;
     cells.insert(cells.end(), keyframe.heights->cells.begin(), keyframe.heights->cells.end());
   }
-  constexpr double kMost = 0.9;  // otherwise keyframes without depth give the scale
+  constexpr double kMax = 0.9;  // otherwise keyframes without depth give the scale
   if (with_depth == 0 ||
-      static_cast<double>(with_depth) < kMost * static_cast<double>(map.keyframes.size())) {
+      static_cast<double>(with_depth) < kMax * static_cast<double>(map.keyframes.size())) {
     return;
   }
   const std::optional<double> reference = heights::FindReference(cells);

@@ -99,7 +99,7 @@ struct Odometry::Impl {
                     const graph::Edge& edge,
                     bool ambiguous,
                     OdometryStep& step);
-  void Doubt(const graph::FramePose& pose, graph::Edge& edge) const;
+  void InflateByAcceptance(const graph::FramePose& pose, graph::Edge& edge) const;
   void Bridge(OdometryStep& step);
   [[nodiscard]] bool WantsKeyframe(const OdometryStep& step) const;
   void Remember(const OdometryStep& step,
@@ -152,7 +152,7 @@ graph::Edge Odometry::Impl::Measured(const RecentKeyframe& reference,
 }
 
 /// Adds to an accepted edge what speaks against it.
-void Odometry::Impl::Doubt(const graph::FramePose& pose, graph::Edge& edge) const {
+void Odometry::Impl::InflateByAcceptance(const graph::FramePose& pose, graph::Edge& edge) const {
   InflateCovariance(prediction.InnovationSigma(pose.T_map_base, steps), 0, edge);
   // Errors of strongly encoded images that continued the motion: up to 5 px and 1.5 degrees.
   constexpr double kDoubtfulPx = 2;
@@ -179,7 +179,7 @@ void Odometry::Impl::Sharpen(const FrameSpectrum& spectrum, OdometryStep& step, 
   }
   step.registration = exact;
   edge = Measured(*reference, exact, step.pose);
-  Doubt(step.pose, edge);
+  InflateByAcceptance(step.pose, edge);
   Place(*reference, edge, step.pose);
 }
 
@@ -200,7 +200,7 @@ bool Odometry::Impl::TryReference(std::size_t index,
     step.registration.verdict = Verdict::kAmbiguous;
     return false;
   }
-  Doubt(step.pose, edge);
+  InflateByAcceptance(step.pose, edge);
   Place(reference, edge, step.pose);
   step.pose.keyframe_id = reference.keyframe.id;
   if (index + 1 == recent.Size() && step.registration.blocks > 0) {

@@ -45,13 +45,13 @@ graph::Edge EdgeByWheels(const graph::Keyframe& from,
                          std::int64_t to) {
   const PoseWithCovariance placed{from.pose.T_map_base.Inverse() * T_map_placed};
   const PoseWithCovariance now = motion.From(placed);
-  constexpr double kLeastVariance = 1e-10;
+  constexpr double kMinVariance = 1e-10;
   graph::Edge edge;
   edge.from = from.id;
   edge.to = to;
   edge.kind = graph::Edge::Kind::kWheels;
   edge.T_from_to = now.pose;
-  edge.information = (now.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
+  edge.information = (now.covariance + kMinVariance * Eigen::Matrix3d::Identity()).inverse();
   return edge;
 }
 

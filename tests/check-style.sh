@@ -36,6 +36,13 @@ git ls-files -z --cached --others --exclude-standard -- '*.cpp' '*.hpp' |
 echo "Includes"
 tests/check-includes.sh
 
+echo "Names"
+# Bounds are called kMax and kMin, ratios and fractions by these words.
+if git grep -nE '\bk(Most|Least)([A-Z]|\b)|[a-z]_part\b' -- '*.cpp' '*.hpp'; then
+  echo "check-style.sh: names that the project does not use" >&2
+  exit 1
+fi
+
 echo "clang-tidy"
 cmake --preset release -B "$database" "${unity[@]}" >/dev/null
 cmake --build "$database" --target page_template help_texts >/dev/null

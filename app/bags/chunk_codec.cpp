@@ -28,8 +28,8 @@ constexpr std::array<NamedCompression, 4> kCompressions = {
 // The memory with which decompression begins: few bytes that state a large size get a little.
 std::size_t FirstSize(std::span<const std::uint8_t> packed, std::uint64_t size) {
   constexpr std::uint64_t kUsualRatio = 8;
-  constexpr std::uint64_t kLeast = std::uint64_t{64} << 10U;
-  return static_cast<std::size_t>(std::min(size, std::max(kLeast, kUsualRatio * packed.size())));
+  constexpr std::uint64_t kMin = std::uint64_t{64} << 10U;
+  return static_cast<std::size_t>(std::min(size, std::max(kMin, kUsualRatio * packed.size())));
 }
 
 // True when the buffer, full, has not its final size yet, and now has room.

@@ -198,12 +198,12 @@ void ChunkedBag::LoadSorted(OpenChunk& chunk) {
 // Where many large chunks overlap, those whose turn is last give up their memory, and are read
 // again when it comes. The chunk `kept`, which takes `bytes`, keeps its own.
 void ChunkedBag::MakeRoom(const OpenChunk& kept, std::uint64_t bytes) {
-  constexpr std::uint64_t kMostBytes = std::uint64_t{160} << 20U;
+  constexpr std::uint64_t kMaxBytes = std::uint64_t{160} << 20U;
   std::uint64_t used = bytes;
   for (const auto& chunk : open_) {
     if (chunk.get() != &kept && chunk->loaded) used += chunk->Bytes();
   }
-  while (used > kMostBytes) {
+  while (used > kMaxBytes) {
     OpenChunk* last = nullptr;
     for (const auto& chunk : open_) {
       if (chunk.get() == &kept || !chunk->loaded) continue;
@@ -217,9 +217,9 @@ void ChunkedBag::MakeRoom(const OpenChunk& kept, std::uint64_t bytes) {
 }
 
 void ChunkedBag::Close(std::unique_ptr<OpenChunk> chunk) {
-  constexpr std::size_t kMostSpares = 2;
-  constexpr std::size_t kMostSpareBytes = std::size_t{32} << 20U;
-  if (chunk->loaded && spare_.size() < kMostSpares && chunk->Bytes() <= kMostSpareBytes) {
+  constexpr std::size_t kMaxSpares = 2;
+  constexpr std::size_t kMaxSpareBytes = std::size_t{32} << 20U;
+  if (chunk->loaded && spare_.size() < kMaxSpares && chunk->Bytes() <= kMaxSpareBytes) {
     spare_.push_back(std::move(chunk->content));
   }
 }

@@ -74,10 +74,10 @@ void CheckSides(std::uint32_t width, std::uint32_t height) {
 
 // Before a decoder takes memory. A byte of deflate gives at most 1032, that is 8256 px of one bit.
 void CheckRatio(cv::Size size, std::size_t bytes) {
-  constexpr std::uint64_t kMostPxPerByte = 8256;
+  constexpr std::uint64_t kMaxPxPerByte = 8256;
   const auto pixels =
       static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height);
-  if (pixels <= kMostPxPerByte * bytes) return;
+  if (pixels <= kMaxPxPerByte * bytes) return;
   throw MessageError(fmt::format(
       "states an image of {}x{} px, which {} bytes cannot hold", size.width, size.height, bytes));
 }

@@ -31,8 +31,8 @@ McapRecordHead ParseMcapHead(std::span<const std::uint8_t> bytes) {
 }
 
 std::int64_t SignedTime(std::uint64_t time_ns) {
-  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-  return static_cast<std::int64_t>(std::min(time_ns, kMost));
+  constexpr auto kMax = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  return static_cast<std::int64_t>(std::min(time_ns, kMax));
 }
 
 MessageEncoding EncodingNamed(std::string_view name) {
@@ -62,7 +62,7 @@ McapBag::McapBag(const std::filesystem::path& path, std::string name)
 bool McapBag::ReadSummary() {
   constexpr std::size_t kEndBytes =
       mcap::kRecordHeadBytes + mcap::kFooterContentBytes + mcap::kMagic.size();
-  constexpr std::uint64_t kMostSummaryBytes = std::uint64_t{256} << 20U;
+  constexpr std::uint64_t kMaxSummaryBytes = std::uint64_t{256} << 20U;
   if (file_.Size() < mcap::kMagic.size() + kEndBytes) return false;
   const std::uint64_t footer_at = file_.Size() - kEndBytes;
   std::array<std::uint8_t, kEndBytes> end{};
@@ -78,7 +78,7 @@ bool McapBag::ReadSummary() {
       mcap::ParseFooter(std::span(end).subspan(mcap::kRecordHeadBytes, mcap::kFooterContentBytes));
   if (footer.summary_start == 0) return false;
   if (footer.summary_start < mcap::kMagic.size() || footer.summary_start > footer_at ||
-      footer_at - footer.summary_start > kMostSummaryBytes) {
+      footer_at - footer.summary_start > kMaxSummaryBytes) {
     throw DamagedBytes("its footer names no place of an index");
   }
   const std::size_t checked = footer_at + mcap::kRecordHeadBytes + mcap::kFooterContentBytes -
@@ -171,7 +171,7 @@ void McapBag::Scan(const std::string& index_problem) {
 }
 
 std::uint64_t McapBag::ScanRecords(std::uint64_t at, bool& complete) {
-  constexpr std::uint64_t kMostDefinitionBytes = std::uint64_t{64} << 10U;
+  constexpr std::uint64_t kMaxDefinitionBytes = std::uint64_t{64} << 10U;
   FileWindow window(file_);
   complete = false;
   while (true) {
@@ -193,7 +193,7 @@ std::uint64_t McapBag::ScanRecords(std::uint64_t at, bool& complete) {
         ScanMessage(at, mcap::kRecordHeadBytes + head.length, mcap::ParseMessageHead(shown));
       } else {
         EndLoose();
-        const std::uint64_t shown = std::min(head.length, kMostDefinitionBytes);
+        const std::uint64_t shown = std::min(head.length, kMaxDefinitionBytes);
         if (head.opcode == mcap::Opcode::kSchema || head.opcode == mcap::Opcode::kChannel) {
           ScanContent(head.opcode, window.View(content, static_cast<std::size_t>(shown)));
         }

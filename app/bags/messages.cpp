@@ -68,8 +68,8 @@ ImuMessage DecodeImu(std::span<const std::uint8_t> data, MessageEncoding encodin
 std::vector<TransformStamped> DecodeTransforms(std::span<const std::uint8_t> data,
                                                MessageEncoding encoding) {
   CdrReader reader(data, encoding);
-  constexpr std::size_t kLeastBytes = 72;  // time, two empty texts, seven numbers
-  std::vector<TransformStamped> transforms(reader.Length(kLeastBytes));
+  constexpr std::size_t kMinBytes = 72;  // time, two empty texts, seven numbers
+  std::vector<TransformStamped> transforms(reader.Length(kMinBytes));
   for (TransformStamped& transform : transforms) {
     transform.header = ReadHeader(reader);
     transform.child_frame_id = reader.Text();

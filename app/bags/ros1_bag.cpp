@@ -14,8 +14,8 @@
 namespace ceilmap::bags {
 namespace {
 
-constexpr std::uint32_t kMostHeaderBytes = std::uint32_t{1} << 20U;
-constexpr std::uint32_t kMostConnectionBytes = std::uint32_t{16} << 20U;
+constexpr std::uint32_t kMaxHeaderBytes = std::uint32_t{1} << 20U;
+constexpr std::uint32_t kMaxConnectionBytes = std::uint32_t{16} << 20U;
 
 std::string_view AsText(std::span<const std::uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -49,7 +49,7 @@ std::optional<Ros1Bag::Record> Ros1Bag::ReadRecord(FileWindow& window, std::uint
   const auto first = window.View(at, kLengthBytes);
   if (first.size() < kLengthBytes) return std::nullopt;
   const auto header_size = RecordCursor(first).Number<std::uint32_t>();
-  if (header_size > kMostHeaderBytes) throw DamagedBytes("has a header that is too long");
+  if (header_size > kMaxHeaderBytes) throw DamagedBytes("has a header that is too long");
   const std::size_t head_size = kLengthBytes + header_size + kLengthBytes;
   const auto head = window.View(at, head_size);
   if (head.size() < head_size) return std::nullopt;
@@ -78,7 +78,7 @@ bool Ros1Bag::ReadIndex() {
     if (!record || record->data_size > file_.Size() - record->data_at) {
       throw DamagedBytes("its index ends early");
     }
-    if (record->data_size > kMostConnectionBytes) throw DamagedBytes("its index is damaged");
+    if (record->data_size > kMaxConnectionBytes) throw DamagedBytes("its index is damaged");
     // The texts of the header were part of the window, which moves on.
     const std::string topic(record->header.topic);
     ros1::RecordHeader header = record->header;
@@ -175,7 +175,7 @@ std::uint64_t Ros1Bag::ScanRecords(std::uint64_t at) {
         const std::string topic(record->header.topic);
         ros1::RecordHeader header = record->header;
         const auto data =
-            window.View(record->data_at, std::min(record->data_size, kMostConnectionBytes));
+            window.View(record->data_at, std::min(record->data_size, kMaxConnectionBytes));
         header.topic = topic;
         DefineConnection(header, data);
       }

@@ -20,7 +20,7 @@
 namespace ceilmap::bags {
 namespace {
 
-constexpr std::size_t kMostTextBytes = 200;
+constexpr std::size_t kMaxTextBytes = 200;
 
 // SQLite's URI of a file that nobody changes.
 std::string ImmutableUri(const std::filesystem::path& path) {
@@ -110,9 +110,9 @@ void SqliteBag::OpenDatabase(const std::filesystem::path& path) {
       kStepsPerCall,
       [](void* bag) {
         auto& self = *static_cast<SqliteBag*>(bag);
-        constexpr std::uint64_t kLeastSteps = 20'000'000;
+        constexpr std::uint64_t kMinSteps = 20'000'000;
         self.steps_ += kStepsPerCall;
-        return self.steps_ > kLeastSteps + 4 * self.file_size_ ? 1 : 0;
+        return self.steps_ > kMinSteps + 4 * self.file_size_ ? 1 : 0;
       },
       this);
 }
@@ -235,7 +235,7 @@ bool SqliteBag::Step(sqlite3_stmt* statement) {
 void SqliteBag::ThrowNoBag(const std::string& reason) const {
   throw InputError(fmt::format("{}: is no rosbag2 recording that can be read ({})",
                                name_,
-                               InOneLine(reason, kMostTextBytes)));
+                               InOneLine(reason, kMaxTextBytes)));
 }
 
 void SqliteBag::Select(const std::vector<std::size_t>& topics) {
@@ -270,10 +270,10 @@ void SqliteBag::StartQuery() {
 }
 
 bool SqliteBag::Next(RawMessage& message) {
-  constexpr std::uint64_t kLeastRowBytes = 4;
+  constexpr std::uint64_t kMinRowBytes = 4;
   while (!ended_) {
     if (Step(rows_.get())) {
-      if (++given_ > file_size_ / kLeastRowBytes) {
+      if (++given_ > file_size_ / kMinRowBytes) {
         warnings_.Add("is damaged: it repeats its messages");
         ended_ = true;
       } else if (ReadRow(message)) {

@@ -62,7 +62,7 @@ UnpackedFile::~UnpackedFile() {
 void UnpackedFile::Unpack(const fs::path& packed, int descriptor) {
   // A recording of black images may become a thousandth; more than that is made to fill the disk.
   constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30U;
-  constexpr std::uint64_t kMostPerByte = 1000;
+  constexpr std::uint64_t kMaxPerByte = 1000;
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(),
                                                                      &ZSTD_freeDCtx);
   if (!context) throw std::bad_alloc();
@@ -70,7 +70,7 @@ void UnpackedFile::Unpack(const fs::path& packed, int descriptor) {
   Buffer in_bytes;
   Buffer out_bytes;
   out_bytes.Resize(ZSTD_DStreamOutSize());
-  const std::uint64_t most = std::max(kAlwaysAllowed, kMostPerByte * file.Size());
+  const std::uint64_t most = std::max(kAlwaysAllowed, kMaxPerByte * file.Size());
   std::uint64_t written = 0;
   std::size_t left = 1;
   for (std::uint64_t at = 0; at < file.Size(); at += in_bytes.Size()) {

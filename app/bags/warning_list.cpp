@@ -7,10 +7,10 @@
 namespace ceilmap::bags {
 
 void WarningList::Add(const std::string& text) {
-  constexpr std::size_t kMostLines = 10;
-  constexpr std::size_t kMostSeen = 100'000;
-  if (seen_.size() == kMostSeen || !seen_.insert(std::hash<std::string>()(text)).second) return;
-  if (first_.size() < kMostLines) first_.push_back(fmt::format("{}: {}", name_, text));
+  constexpr std::size_t kMaxLines = 10;
+  constexpr std::size_t kMaxSeen = 100'000;
+  if (seen_.size() == kMaxSeen || !seen_.insert(std::hash<std::string>()(text)).second) return;
+  if (first_.size() < kMaxLines) first_.push_back(fmt::format("{}: {}", name_, text));
 }
 
 std::vector<std::string> WarningList::All() const {

@@ -78,14 +78,14 @@ mount::DriveKnowledge KnowledgeOf(const CalibrateCheckOptions& params) {
 
 // A drive that says little of the rig is no result.
 void CheckTurns(const reports::RigCheck& check) {
-  constexpr double kLeastTurnDeg = 45;
-  if (!check.drive || check.drive->turn_rad >= kLeastTurnDeg * kRadPerDeg) return;
+  constexpr double kMinTurnDeg = 45;
+  if (!check.drive || check.drive->turn_rad >= kMinTurnDeg * kRadPerDeg) return;
   throw InputError(
       fmt::format("{}: the robot turns by {:.0f} deg only, must be at least {:.0f}; drive straight "
                   "ahead, turn, and drive straight ahead again",
                   check.source,
                   check.drive->turn_rad * kDegPerRad,
-                  kLeastTurnDeg));
+                  kMinTurnDeg));
 }
 
 void RunCalibrateCheck(CalibrateCheckOptions params,

@@ -155,7 +155,7 @@ void Summarize(const MirrorObservation& observation, terminal::Summary& summary)
         {"inner_radius_px", value(fit.ring.inner_radius_px, fit.inner_sigma_px)}}},
       {"round_body", fit.round_body},
       {"body_seen", fit.body_seen},
-      {"rim_part", fit.rim_ratio},
+      {"rim_ratio", fit.rim_ratio},
       {"rim_sigma_px", fit.rim_sigma_px}};
 }
 

@@ -83,7 +83,7 @@ py::dict ErrorsDict(const PoseErrorStatistics& statistics) {
   py::dict dict;
   dict["translation_m"] = ErrorsDict(statistics.translation_m);
   dict["rotation_deg"] = ErrorsDict(statistics.rotation_deg);
-  dict["rotation_part"] = ErrorsDict(statistics.rotation_block);
+  dict["rotation_block"] = ErrorsDict(statistics.rotation_block);
   dict["full"] = ErrorsDict(statistics.full);
   return dict;
 }

@@ -11,11 +11,11 @@ double SecondsOf(std::int64_t ns) {
 }
 
 std::int64_t MessageTimes::Of(std::int64_t header_ns, std::int64_t log_ns) {
-  constexpr std::int64_t kLeastNs = 1'000'000;  // much more than a double resolves
+  constexpr std::int64_t kMinNs = 1'000'000;  // much more than a double resolves
   std::int64_t stamp_ns = stamp_ == BagStamp::kHeader ? header_ns : log_ns;
   const bool missing = stamp_ == BagStamp::kHeader && header_ns == 0;
   if (missing || (last_ns_ && stamp_ns <= *last_ns_)) {
-    stamp_ns = last_ns_ ? *last_ns_ + std::max(log_ns - last_log_ns_, kLeastNs) : log_ns;
+    stamp_ns = last_ns_ ? *last_ns_ + std::max(log_ns - last_log_ns_, kMinNs) : log_ns;
     if (stamp_ == BagStamp::kHeader) ++replaced_;
   }
   last_ns_ = stamp_ns;

@@ -58,12 +58,12 @@ mount::CeilingRecording ReadCeiling(FrameSource& source,
 
 FollowedDrive FollowDrive(FrameSource& source, const calib::CeilingView& view, double seconds) {
   constexpr int kMaxLost = 3;
-  constexpr std::size_t kLeastKeyframes = 3;
+  constexpr std::size_t kMinKeyframes = 3;
   FollowedDrive drive;
   std::optional<mount::CeilingRecorder> recorder;
-  const auto end_part = [&] {
+  const auto end_segment = [&] {
     mount::CeilingRecording part = recorder->Finish();
-    if (part.keyframes.size() >= kLeastKeyframes) drive.parts.push_back(std::move(part));
+    if (part.keyframes.size() >= kMinKeyframes) drive.parts.push_back(std::move(part));
     recorder.reset();
   };
   terminal::Progress progress("drive", "frames", source.ExpectedFrames());
@@ -81,10 +81,10 @@ FollowedDrive FollowDrive(FrameSource& source, const calib::CeilingView& view, d
     lost = matched ? 0 : lost + 1;
     if (!matched) ++drive.lost;
     if (lost < kMaxLost) continue;
-    end_part();
+    end_segment();
     lost = 0;
   }
-  if (recorder) end_part();
+  if (recorder) end_segment();
   return drive;
 }
 

@@ -91,14 +91,14 @@ double StreamClock::Target(const Times& frame) const {
 }
 
 double StreamClock::Stamp(const Times& frame) {
-  constexpr double kLeastS = 1e-3;
+  constexpr double kMinS = 1e-3;
   double stamp_s = Target(frame);
   if (last_stamp_s_ && frame.time_s && last_stamped_s_) {
     const double interval_s = *frame.time_s - *last_stamped_s_;
     stamp_s =
         std::clamp(stamp_s, *last_stamp_s_ + 0.5 * interval_s, *last_stamp_s_ + 1.5 * interval_s);
   }
-  if (last_stamp_s_ && stamp_s <= *last_stamp_s_) stamp_s = *last_stamp_s_ + kLeastS;
+  if (last_stamp_s_ && stamp_s <= *last_stamp_s_) stamp_s = *last_stamp_s_ + kMinS;
   last_stamp_s_ = stamp_s;
   last_stamped_s_ = frame.time_s;
   return stamp_s;

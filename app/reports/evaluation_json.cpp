@@ -48,7 +48,7 @@ ordered_json ToJson(const ErrorStatistics& statistics) {
 ordered_json ToJson(const PoseErrorStatistics& statistics) {
   return {{"translation_m", ToJson(statistics.translation_m)},
           {"rotation_deg", ToJson(statistics.rotation_deg)},
-          {"rotation_part", ToJson(statistics.rotation_block)},
+          {"rotation_block", ToJson(statistics.rotation_block)},
           {"full", ToJson(statistics.full)}};
 }
 

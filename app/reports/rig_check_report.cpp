@@ -227,8 +227,8 @@ CheckedProperty AxleRow(const DriveCheck& drive) {
   CheckedProperty row = Row(kKey, kName, axle, kMetres);
   if (!row.unchecked.empty() && !drive.shows_plane) row.unchecked = kNoPlane;
   if (!axle.IsWrong()) return row;
-  constexpr double kLeastM = 0.05;
-  const std::string by = std::abs(axle.stated) < kLeastM || drive.distance_m
+  constexpr double kMinM = 0.05;
+  const std::string by = std::abs(axle.stated) < kMinM || drive.distance_m
                              ? ""
                              : ", or " + ScaleCause(drive, 100 * axle.Difference() / axle.stated) +
                                    " (--distance or --odometry shows which)";
@@ -286,8 +286,8 @@ CheckedProperty StampsRow(const RigCheck& check) {
 }  // namespace
 
 bool RigCheck::TooManyLost() const {
-  constexpr double kMostLost = 0.2;
-  return static_cast<double>(lost) > kMostLost * static_cast<double>(frames);
+  constexpr double kMaxLost = 0.2;
+  return static_cast<double>(lost) > kMaxLost * static_cast<double>(frames);
 }
 
 std::vector<CheckedProperty> CheckedProperties(const RigCheck& check) {

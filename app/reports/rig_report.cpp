@@ -71,7 +71,7 @@ void AddUp(const calib::MountedCamera& camera, const calib::UpFacts& up, termina
   }
 }
 
-std::string LookText(const calib::ForwardFacts& forward) {
+std::string AxisText(const calib::ForwardFacts& forward) {
   const double up_deg = forward.elevation_rad * kDegPerRad;
   return fmt::format(
       "{}, {}",
@@ -86,7 +86,7 @@ void AddForward(const calib::MountedCamera& camera,
                 terminal::Table& table) {
   table.AddRow({"forward camera", PlaceText(camera)});
   table.AddRow({"  field of view", FieldOfViewText(forward.field_of_view)});
-  table.AddRow({"  looks at", LookText(forward)});
+  table.AddRow({"  looks at", AxisText(forward)});
   table.AddRow({"  top of image", forward.upside_down ? "down" : "up"});
   table.AddRow(
       {"  horizon",

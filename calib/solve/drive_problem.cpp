@@ -30,7 +30,7 @@ Vector2<T> TurnedBy(const T& angle, const Vector2<T>& v) {
 
 // The direction (x/z, y/z) of the point from the camera at the time of the image's middle row.
 template <typename T>
-Vector2<T> OnCeilingOf(const T* errors, const T& rho, const LevelSight& sight) {
+Vector2<T> OnCeilingOf(const T* errors, const T& rho, const LevelRay& sight) {
   const Eigen::Map<const Eigen::Matrix<T, 3, 1>> lens(errors + kCameraFocal);
   const Vector2<T> slope = sight.slope.cast<T>() + sight.by_lens.cast<T>() * lens;
   const T turn[3] = {errors[kCameraTiltX], errors[kCameraTiltY], T(0)};
@@ -93,10 +93,10 @@ struct PriorResidual {
   }
 };
 
-// Prepares sights of a camera.
-class Sights {
+// Prepares the rays of a camera.
+class LevelRays {
  public:
-  explicit Sights(const calib::MountedCamera& up)
+  explicit LevelRays(const calib::MountedCamera& up)
       : lens_(up.camera),
         focal_px_(std::sqrt(up.camera.fx * up.camera.fy)),
         // The axes of a level camera that is rotated about z like the mounted one.
@@ -112,10 +112,10 @@ class Sights {
   [[nodiscard]] double RadiusPx(const Vector2d& pixel) const {
     return focal_px_ * Normalized(pixel).norm();
   }
-  [[nodiscard]] std::optional<LevelSight> Prepare(const Vector2d& ray, double edge_px) const {
+  [[nodiscard]] std::optional<LevelRay> Prepare(const Vector2d& ray, double edge_px) const {
     const std::optional<Vector2d> pixel = PixelOf(ray);
     if (!pixel) return std::nullopt;
-    LevelSight sight;
+    LevelRay sight;
     sight.slope = SlopeOf(ray.homogeneous());
     const double radius_px = RadiusPx(*pixel);
     constexpr double kStepPx = 0.5;
@@ -146,7 +146,7 @@ class Sights {
   Eigen::Matrix3d R_level_cam_;
 };
 
-double EdgePx(const Sights& sights, const Drive& drive) {
+double EdgePx(const LevelRays& sights, const Drive& drive) {
   double edge_px = 1;
   for (const ViewPair& pair : drive.pairs) {
     for (const PointCorrespondence& place : pair.places) {
@@ -189,7 +189,7 @@ std::vector<DrivePoint> PreparePoints(const calib::MountedCamera& up,
                                       const Drive& drive,
                                       double& edge_px,
                                       std::vector<KnownHeight>* heights) {
-  const Sights sights(up);
+  const LevelRays sights(up);
   edge_px = EdgePx(sights, drive);
   std::vector<DrivePoint> points;
   std::map<std::pair<int, int>, int> height_of;  // view and index

@@ -13,7 +13,7 @@
 namespace ceilmap::calibration {
 
 /// One sight of a point, prepared. Internal to the drive solver.
-struct LevelSight {
+struct LevelRay {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< (x/z, y/z) in the levelled axes
   /// Change of the slope by kCameraFocal, kCameraRadial3, kCameraRadial5.
   Eigen::Matrix<double, 2, 3> by_lens = Eigen::Matrix<double, 2, 3>::Zero();
@@ -24,8 +24,8 @@ struct LevelSight {
 struct DrivePoint {
   int first = 0;
   int second = 0;
-  LevelSight at_first;
-  LevelSight at_second;
+  LevelRay at_first;
+  LevelRay at_second;
   Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
   int height = -1;  ///< index of DriveParameters::heights; -1: in the plane
 };

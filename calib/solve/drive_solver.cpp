@@ -14,7 +14,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 
-constexpr double kLeastSigmaPx = 0.005;
+constexpr double kMinSigmaPx = 0.005;
 constexpr double kMedianOfAxis = 0.6745;  // of the size of a normal error in one axis
 
 Vector2d TravelBetween(const DriveParameters& parameters, const DrivePoint& point) {
@@ -30,8 +30,8 @@ Vector2d TravelBetween(const DriveParameters& parameters, const DrivePoint& poin
 DriveScales EstimateScales(const std::vector<DrivePoint>& points,
                            const DriveParameters& parameters,
                            double focal_px) {
-  constexpr double kLeastTravel = 0.05;  // of Z; less shows no heights
-  constexpr double kLeastDepth = 0.003;  // fixtures close to a plane ceiling
+  constexpr double kMinTravel = 0.05;  // of Z; less shows no heights
+  constexpr double kMinDepth = 0.003;  // fixtures close to a plane ceiling
   std::vector<double> across_px;
   std::vector<double> along;
   for (const DrivePoint& point : points) {
@@ -39,7 +39,7 @@ DriveScales EstimateScales(const std::vector<DrivePoint>& points,
     const Vector2d weighted = focal_px * point.whitening * error;
     const Vector2d travel = TravelBetween(parameters, point);
     const double length = travel.norm();
-    if (length < kLeastTravel) {
+    if (length < kMinTravel) {
       across_px.push_back(std::abs(weighted.x()));
       across_px.push_back(std::abs(weighted.y()));
       continue;
@@ -53,14 +53,14 @@ DriveScales EstimateScales(const std::vector<DrivePoint>& points,
     along.push_back(std::abs(direction.dot(error)) / length);
   }
   DriveScales scales;
-  scales.place_px = std::max(kLeastSigmaPx, Median(across_px) / kMedianOfAxis);
+  scales.place_px = std::max(kMinSigmaPx, Median(across_px) / kMedianOfAxis);
   if (!parameters.heights.empty()) {
     along.clear();
     for (const double rho : parameters.heights) along.push_back(std::abs(rho - 1));
   }
   if (!along.empty()) {
     const double depth = Median(along) / kMedianOfAxis;
-    if (depth > kLeastDepth) scales.depth_ratio = depth;
+    if (depth > kMinDepth) scales.depth_ratio = depth;
   }
   return scales;
 }

@@ -76,34 +76,34 @@ class PairRegistrar {
   }
 
   // What shows a pixel of the view: a ray of the camera, and its row.
-  struct Sight {
+  struct RowRay {
     Eigen::Vector2d ray;
     double row = 0;
   };
 
   // The ray of the row that took the pixel: the view is drawn as at the time of the middle row.
   // @param px  From the middle of the view.
-  [[nodiscard]] std::optional<Sight> SightOf(const Eigen::Vector2d& px,
-                                             const Twist2& velocity) const {
+  [[nodiscard]] std::optional<RowRay> RowRayOf(const Eigen::Vector2d& px,
+                                               const Twist2& velocity) const {
     const Eigen::Vector2d middle(0.5 * (view_.Size().width - 1), 0.5 * (view_.Size().height - 1));
     const std::optional<Eigen::Vector2d> raw = view_.RawPixel(middle + px, velocity);
     if (!raw) return std::nullopt;
     const double row = raw->y() / (lens_.height_px - 1) - 0.5;
     if (!view_.HasRollingShutter()) {
       const Eigen::Vector2d slope = (px - camera_.principal_px) / camera_.focal_px;
-      return Sight{(R_cam_view_ * slope.homogeneous()).hnormalized(), row};
+      return RowRay{(R_cam_view_ * slope.homogeneous()).hnormalized(), row};
     }
     const std::optional<Eigen::Vector3d> ray = lens_.Ray(*raw);
     if (!ray || ray->z() <= 0) return std::nullopt;
-    return Sight{ray->hnormalized(), row};
+    return RowRay{ray->hnormalized(), row};
   }
 
   [[nodiscard]] std::optional<calibration::PointCorrespondence> CorrespondenceOf(
       const registration::PlaneShift& shift,
       const Twist2& first_velocity,
       const Twist2& second_velocity) const {
-    const std::optional<Sight> first = SightOf(shift.block.point, first_velocity);
-    const std::optional<Sight> second = SightOf(shift.seen, second_velocity);
+    const std::optional<RowRay> first = RowRayOf(shift.block.point, first_velocity);
+    const std::optional<RowRay> second = RowRayOf(shift.seen, second_velocity);
     if (!first || !second) return std::nullopt;
     const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
     const Eigen::LLT<Eigen::Matrix2d> root(information + 1e-9 * Eigen::Matrix2d::Identity());

@@ -65,9 +65,9 @@ bool CeilingRecorder::Add(const cv::Mat& image, std::optional<double> stamp_s) {
 
 // Of base, as between the two images before; at rest after a gap, and where times are unknown.
 Twist2 CeilingRecorder::ExpectedVelocity(double time_s) const {
-  constexpr double kMostSteps = 2.5;
+  constexpr double kMaxSteps = 2.5;
   if (!recording_.has_stamps || path_.size() < 2) return {};
-  if (time_s - path_.back().stamp_s > kMostSteps * step_s_) return {};
+  if (time_s - path_.back().stamp_s > kMaxSteps * step_s_) return {};
   const calibration::ViewVelocity velocity = VelocityAt({{0, {}}, {step_s_, step_}}, 1);
   return InBase(velocity, view_.T_base_camera(), view_.MetresPerPixel() * view_.FocalLength());
 }

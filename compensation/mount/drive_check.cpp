@@ -28,7 +28,7 @@ constexpr double kReadoutLimitS = 0.003;
 constexpr double kScaleLimitRatio = 0.02;
 constexpr double kAxleLimitM = 0.01;
 constexpr double kLateLimitS = 0.02;
-constexpr double kLeastDistanceM = 0.5;
+constexpr double kMinDriveM = 0.5;
 // Error of the camera's centre by a lens that is known to 0.05 px, in pixels.
 constexpr double kLensShiftPx = 0.1;
 
@@ -142,17 +142,17 @@ void CheckReadout(const calib::MountedCamera& up, DriveCheck& check) {
 
 // What the axle's distance must agree to: where nothing else shows the scale, it does.
 double AxleLimit(double stated_m) {
-  constexpr double kLeastM = 0.05;  // less shows no scale
-  return std::abs(stated_m) < kLeastM ? kAxleLimitM : kScaleLimitRatio * std::abs(stated_m);
+  constexpr double kMinM = 0.05;  // less shows no scale
+  return std::abs(stated_m) < kMinM ? kAxleLimitM : kScaleLimitRatio * std::abs(stated_m);
 }
 
 void CheckWheels(const calib::Rig& rig,
                  const std::vector<DriveStep>& steps,
                  double scale_doubt,
                  DriveCheck& check) {
-  constexpr double kMostSlip = 0.1;
+  constexpr double kMaxSlip = 0.1;
   check.wheels = FitWheels(steps);
-  if (!check.wheels || check.wheels->slip > kMostSlip) return;
+  if (!check.wheels || check.wheels->slip > kMaxSlip) return;
   const calib::MountedCamera& up = *rig.up;
   const bool known_better = check.distance_m && check.distance_m->IsWrong();
   const double distance_m = known_better ? check.distance_m->seen.value
@@ -221,7 +221,7 @@ void CheckDistance(const calib::Rig& rig,
           .Inverse();
   const Vector2d moved = (cameras.back() * T_camera_base).Translation() -
                          (cameras.front() * T_camera_base).Translation();
-  if (moved.norm() * stated_m < kLeastDistanceM) return;
+  if (moved.norm() * stated_m < kMinDriveM) return;
   const double seen_m = *knowledge.distance_m / moved.norm();
   check.distance_m =
       Checked{stated_m,
@@ -240,7 +240,7 @@ std::optional<Measurements> MeasureAgainAndAgain(const calib::MountedCamera& up,
                                                  DriveMeasurer& measurer) {
   constexpr int kRounds = 3;
   constexpr double kAccuratePx = 0.5;
-  constexpr double kLeastDepth = 0.01;
+  constexpr double kMinDepth = 0.01;
   constexpr double kSettledRad = 0.1 * kRadPerDeg;
   constexpr double kSettledS = 0.001;
   Measurements result;
@@ -259,7 +259,7 @@ std::optional<Measurements> MeasureAgainAndAgain(const calib::MountedCamera& up,
                                  known.T_base_cam.linear());
     const double by_s = std::abs(better.readout_time_s - known.readout_time_s);
     const bool was_depth = result.depth;
-    result.depth = measurer.HasDepth() && result.solution.depth_ratio > kLeastDepth;
+    result.depth = measurer.HasDepth() && result.solution.depth_ratio > kMinDepth;
     const bool settled =
         std::abs(turn.angle()) < kSettledRad && by_s < kSettledS && result.depth == was_depth;
     if (round > 0 && settled) break;

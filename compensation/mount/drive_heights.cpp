@@ -21,7 +21,7 @@ std::vector<heights::HeightCell> CellsOf(const std::vector<calibration::PointHei
 // What is seen beyond a ceiling are wrong matches, which are few compared with the ceiling itself.
 bool IsFarthest(double plane, const std::vector<heights::HeightCell>& cells) {
   constexpr double kSurface = 0.03;
-  constexpr double kMostBeyond = 0.5;
+  constexpr double kMaxBeyond = 0.5;
   constexpr double kAccurate = 0.02;
   double beyond = 0;
   double surface = 0;
@@ -31,7 +31,7 @@ bool IsFarthest(double plane, const std::vector<heights::HeightCell>& cells) {
     if (off < -kSurface) ++beyond;
     if (std::abs(off) <= kSurface) ++surface;
   }
-  return beyond < kMostBeyond * surface;
+  return beyond < kMaxBeyond * surface;
 }
 
 }  // namespace
@@ -39,7 +39,7 @@ bool IsFarthest(double plane, const std::vector<heights::HeightCell>& cells) {
 std::optional<Measured> ReferencePlane(const std::vector<calibration::PointHeight>& heights,
                                        std::size_t views) {
   constexpr std::size_t kQuarters = 4;
-  constexpr double kLeastSigma = 0.002;
+  constexpr double kMinSigma = 0.002;
   const std::vector<heights::HeightCell> cells = CellsOf(heights);
   const std::optional<double> plane = heights::FindReference(cells);
   if (!plane || !IsFarthest(*plane, cells)) return std::nullopt;
@@ -58,7 +58,7 @@ std::optional<Measured> ReferencePlane(const std::vector<calibration::PointHeigh
   if (2 * count <= kQuarters) return std::nullopt;
   // The quarters are independent: the whole is their mean.
   const double spread = std::sqrt(squares / static_cast<double>(count * (count - 1)));
-  return Measured{*plane, std::hypot(kLeastSigma * *plane, spread)};
+  return Measured{*plane, std::hypot(kMinSigma * *plane, spread)};
 }
 
 void TakeAsPlane(double rho, calibration::DriveSolution& solution) {

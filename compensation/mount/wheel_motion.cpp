@@ -15,7 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr std::size_t kLeastSteps = 5;
+constexpr std::size_t kMinSteps = 5;
 constexpr double kMedianOfNormal = 0.6745;
 
 double RobustSigma(const VectorXd& errors) {
@@ -78,8 +78,8 @@ SidewaysFit SidewaysAt(const std::vector<DriveStep>& steps, double yaw_rad) {
     A(i, 0) = Lever(step);
     b[i] = (T_base_level * step.moved).y();
   }
-  constexpr double kLeast = 1e-4;
-  const LinearFit fit = FitRobustly(A, b, kLeast);
+  constexpr double kMin = 1e-4;
+  const LinearFit fit = FitRobustly(A, b, kMin);
   SidewaysFit result{fit.values[0], 0};
   for (const double error : VectorXd(A * fit.values - b)) result.cost += std::abs(error);
   return result;
@@ -102,7 +102,7 @@ double BestYaw(const std::vector<DriveStep>& steps) {
 }  // namespace
 
 std::optional<WheelMotion> FitWheels(const std::vector<DriveStep>& steps) {
-  if (steps.size() < kLeastSteps) return std::nullopt;
+  if (steps.size() < kMinSteps) return std::nullopt;
   WheelMotion motion;
   double yaw = BestYaw(steps);
   const auto n = static_cast<Eigen::Index>(steps.size());
@@ -110,7 +110,7 @@ std::optional<WheelMotion> FitWheels(const std::vector<DriveStep>& steps) {
   VectorXd b(n);
   LinearFit fit;
   constexpr int kRounds = 3;
-  constexpr double kLeast = 2e-5;
+  constexpr double kMin = 2e-5;
   for (int round = 0; round < kRounds; ++round) {
     for (Eigen::Index i = 0; i < n; ++i) {
       const DriveStep& step = steps[static_cast<std::size_t>(i)];
@@ -119,7 +119,7 @@ std::optional<WheelMotion> FitWheels(const std::vector<DriveStep>& steps) {
       A(i, 1) = -Lever(step);
       b[i] = -in_base.y();
     }
-    fit = FitRobustly(A, b, kLeast);
+    fit = FitRobustly(A, b, kMin);
     yaw += fit.values[0];
   }
   motion.yaw_rad = {WrapAngle(yaw), ValueOf(fit, 0).sigma};
@@ -190,7 +190,7 @@ TurnCost CostOf(const std::vector<DriveStep>& steps,
     sum += error * error;
     ++cost.steps;
   }
-  if (cost.steps >= std::max(kLeastSteps, steps.size() / 2)) {
+  if (cost.steps >= std::max(kMinSteps, steps.size() / 2)) {
     cost.mean = sum / static_cast<double>(cost.steps);
   }
   return cost;
@@ -204,10 +204,10 @@ struct Offset {
 
 // The least mean square difference of the turns.
 Offset FindOffset(const std::vector<DriveStep>& steps, const OdometryTrack& track, double sign) {
-  constexpr double kMostS = 1;
+  constexpr double kMaxS = 1;
   constexpr double kStepS = 0.005;
   Offset best;
-  const int n = static_cast<int>(kMostS / kStepS);
+  const int n = static_cast<int>(kMaxS / kStepS);
   for (int i = -n; i <= n; ++i) {
     const TurnCost cost = CostOf(steps, track, sign, i * kStepS);
     if (cost.mean < best.cost) best = {i * kStepS, 0, cost.mean};
@@ -218,8 +218,8 @@ Offset FindOffset(const std::vector<DriveStep>& steps, const OdometryTrack& trac
   const double before = CostOf(steps, track, sign, best.offset_s - kWideS).mean;
   const double after = CostOf(steps, track, sign, best.offset_s + kWideS).mean;
   const double curvature = (before + after - 2 * best.cost) / (kWideS * kWideS);
-  constexpr double kLeastRad = 5e-4;  // of a turn, by a shift of kWideS
-  const bool shows = before + after - 2 * best.cost > 2 * kLeastRad * kLeastRad;
+  constexpr double kMinRad = 5e-4;  // of a turn, by a shift of kWideS
+  const bool shows = before + after - 2 * best.cost > 2 * kMinRad * kMinRad;
   if (!std::isfinite(curvature) || !shows) return best;  // sigma 0: not determined
   best.offset_s -= std::clamp((after - before) / (2 * kWideS * curvature), -kWideS, kWideS);
   const auto count = static_cast<double>(CostOf(steps, track, sign, best.offset_s).steps);
@@ -231,10 +231,10 @@ Offset FindOffset(const std::vector<DriveStep>& steps, const OdometryTrack& trac
 
 std::optional<OdometryFit> FitOdometry(const std::vector<DriveStep>& steps,
                                        const std::vector<StampedPose>& odometry) {
-  constexpr double kLeastTurnRad = 60 * kRadPerDeg;
+  constexpr double kMinSpinRad = 60 * kRadPerDeg;
   double turned = 0;
   for (const DriveStep& step : steps) turned += std::abs(step.turn_rad);
-  if (steps.size() < kLeastSteps || turned < kLeastTurnRad || odometry.size() < kLeastSteps) {
+  if (steps.size() < kMinSteps || turned < kMinSpinRad || odometry.size() < kMinSteps) {
     return std::nullopt;
   }
   const OdometryTrack track(odometry);
@@ -245,8 +245,8 @@ std::optional<OdometryFit> FitOdometry(const std::vector<DriveStep>& steps,
   const Offset& offset = fit.mirrored ? mirrored : straight;
   if (!std::isfinite(offset.cost)) return std::nullopt;
   // At a constant rate of turning, any offset fits.
-  constexpr double kMostSigmaS = 0.02;
-  if (offset.sigma_s > 0 && offset.sigma_s < kMostSigmaS) {
+  constexpr double kMaxSigmaS = 0.02;
+  if (offset.sigma_s > 0 && offset.sigma_s < kMaxSigmaS) {
     fit.late_s = Measured{-offset.offset_s, offset.sigma_s};
   }
   // distance * R(yaw) * moved + lever * (c_y, -c_x) = moved by the odometry.
@@ -266,11 +266,9 @@ std::optional<OdometryFit> FitOdometry(const std::vector<DriveStep>& steps,
   }
   MatrixXd A(static_cast<Eigen::Index>(rows.size()), 4);
   for (std::size_t i = 0; i < rows.size(); ++i) A.row(static_cast<Eigen::Index>(i)) = rows[i];
-  constexpr double kLeastM = 1e-4;
-  const LinearFit linear =
-      FitRobustly(A,
-                  Eigen::Map<const VectorXd>(right.data(), static_cast<Eigen::Index>(right.size())),
-                  kLeastM);
+  constexpr double kMinM = 1e-4;
+  const LinearFit linear = FitRobustly(
+      A, Eigen::Map<const VectorXd>(right.data(), static_cast<Eigen::Index>(right.size())), kMinM);
   const double distance = std::hypot(linear.values[0], linear.values[1]);
   fit.distance_m = {distance, ValueOf(linear, 0).sigma};
   fit.yaw_rad = {std::atan2(linear.values[1], linear.values[0]),

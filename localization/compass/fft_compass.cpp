@@ -197,7 +197,7 @@ void FftCompass::Impl::Hold(double stamp_s) {
     const double heading = measured_heading_rad + known.SinceMeasured()->turn_rad;
     turned_rad = WrapAngle(heading - estimate.heading_rad);
     estimate.heading_rad = WrapAngle(heading);
-    turn_variance = known.SinceMeasured()->Variance() + known.Doubt();
+    turn_variance = known.SinceMeasured()->Variance() + known.DisagreementVariance();
   }
   // Beyond this variance the heading is unknown.
   constexpr double kAny = pi * pi;
@@ -236,10 +236,11 @@ void FftCompass::Impl::Restart() {
   const double turn = WrapAngle(estimate.heading_rad - references.Last().heading_rad);
   double variance = estimate.variance_rad2;
   if (known.SinceMeasured()) {
-    variance = before_variance + known.SinceMeasured()->Variance() + known.Doubt();
+    variance = before_variance + known.SinceMeasured()->Variance() + known.DisagreementVariance();
   }
   if (known.SinceReference()) {
-    variance = std::min(variance, known.SinceReference()->Variance() + known.Doubt());
+    variance =
+        std::min(variance, known.SinceReference()->Variance() + known.DisagreementVariance());
   }
   MakeReference(current, {turn, variance}, std::nullopt);
   known.RefersToThis();

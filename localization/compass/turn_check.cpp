@@ -31,7 +31,7 @@ void TurnCheck::Begin(const std::optional<RelativeTurn>& turn) {
   since_measured_ = Joined(since_measured_, turn);
   since_reference_ = Joined(since_reference_, turn);
   latest_variance_ = turn ? turn->Variance() : 0;
-  doubt_rad2_ = 0;
+  disagreement_rad2_ = 0;
 }
 
 double TurnCheck::Offset(double seen_rad) const {
@@ -62,13 +62,13 @@ TurnCheck::Verdict TurnCheck::Judge(double seen_rad, double variance_rad2) {
       since_reference_.reset();
       return Verdict::kSlipped;
     }
-    doubt_rad2_ = offset * offset;
+    disagreement_rad2_ = offset * offset;
   }
   return Verdict::kDropped;
 }
 
 bool TurnCheck::Waits() const {
-  return doubt_rad2_ > 0 && steady_ < kSlipFrames;
+  return disagreement_rad2_ > 0 && steady_ < kSlipFrames;
 }
 
 void TurnCheck::Measured() {

@@ -32,7 +32,7 @@ class TurnCheck {
   Verdict Judge(double seen_rad, double variance_rad2);
   /// Square of the angle by which the latest frame contradicts wheels that may have slipped; 0
   /// otherwise.
-  [[nodiscard]] double Doubt() const { return doubt_rad2_; }
+  [[nodiscard]] double DisagreementVariance() const { return disagreement_rad2_; }
   /// Whether the next frames may tell that the wheels have slipped.
   [[nodiscard]] bool Waits() const;
 
@@ -54,7 +54,7 @@ class TurnCheck {
   double latest_variance_ = 0;                               // of the turn of this frame
   double offset_rad_ = 0;  // of the latest contradiction: seen - known
   int steady_ = 0;         // number of consecutive contradictions by the same angle
-  double doubt_rad2_ = 0;
+  double disagreement_rad2_ = 0;
 };
 
 }  // namespace ceilmap::compass

@@ -88,7 +88,7 @@ class Witnessing {
           if (rho <= 0) continue;
           const cv::Point2d place = raster_.PlaceOf(window.x + col, window.y + row);
           const int at = row * window.width + col;
-          Hear(k, place, rho, result[static_cast<std::size_t>(at)]);
+          Count(k, place, rho, result[static_cast<std::size_t>(at)]);
         }
       }
     }
@@ -96,7 +96,7 @@ class Witnessing {
   }
 
  private:
-  void Hear(std::size_t k, const cv::Point2d& place, float rho, Witnesses& witnesses) const {
+  void Count(std::size_t k, const cv::Point2d& place, float rho, Witnesses& witnesses) const {
     const heights::HeightField& field = *keyframes_[k].heights;
     const cv::Point2d at = views_[k].ToPixel(place.x, place.y, rho) - centre_;
     const auto cell = field.CellAt({at.x, at.y});

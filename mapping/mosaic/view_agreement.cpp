@@ -20,7 +20,7 @@ constexpr float kDarkGrey = 32;  // lower bound of the grey value in relative di
 /// the view still counts.
 constexpr float kOutlierFactor = 1e-9F;
 constexpr std::size_t kMinViews = 3;
-constexpr float kMostAgree = 0.6F;
+constexpr float kMaxAgree = 0.6F;
 
 int FloorDiv(int value, int divisor) {
   return value >= 0 ? value / divisor : -((divisor - 1 - value) / divisor);
@@ -40,7 +40,7 @@ float Median(std::vector<float>& values) {
   return 0.5F * (*middle + *std::max_element(values.begin(), middle));
 }
 
-/// What the views show that agree: their median; where less than kMostAgree of them agree with it,
+/// What the views show that agree: their median; where less than kMaxAgree of them agree with it,
 /// the middle of the third that differs least. Blades of a fan may cover a place in more than half
 /// of the images, but each image shows other parts of them in another light.
 float Agreed(std::vector<float>& values) {
@@ -49,7 +49,7 @@ float Agreed(std::vector<float>& values) {
     return std::abs(value - median) <= kAgreementLimit * std::max(median, kDarkGrey);
   });
   const std::size_t third = (values.size() + 2) / 3;
-  if (third < kMinViews || static_cast<float>(agree) >= kMostAgree * values.size()) return median;
+  if (third < kMinViews || static_cast<float>(agree) >= kMaxAgree * values.size()) return median;
   std::sort(values.begin(), values.end());
   const auto spread = [&](std::size_t i) {
     return (values[i + third - 1] - values[i]) / std::max(values[i], kDarkGrey);

@@ -39,8 +39,8 @@ ContentCentres::ContentCentres(const cv::Mat& grey) : size_(grey.size()) {
   weight = cv::max(weight - kNoiseMedians * median, 0);
   // What noise leaves there, and a little where there is none.
   constexpr double kChanceMedians = 0.1;
-  constexpr double kLeast = 1e-3;
-  chance_ = kChanceMedians * median + kLeast;
+  constexpr double kMin = 1e-3;
+  chance_ = kChanceMedians * median + kMin;
   cv::Mat columns(1, size_.width, CV_32FC1);
   cv::Mat rows(size_.height, 1, CV_32FC1);
   for (int x = 0; x < size_.width; ++x) columns.at<float>(0, x) = static_cast<float>(x);

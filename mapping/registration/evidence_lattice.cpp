@@ -64,13 +64,13 @@ bool Settle(const EvidenceLattice& lattice,
 }
 
 Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& information, std::size_t blocks) {
-  constexpr double kLeast = 0.05;  // part of the information that is left
+  constexpr double kMin = 0.05;  // part of the information that is left
   Eigen::Matrix3d covariance = information.inverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance.topLeftCorner<2, 2>());
   const double waves = kWavesPerBlock * static_cast<double>(blocks);
   for (int i = 0; i < 2; ++i) {
     const double variance = eigen.eigenvalues()[i];
-    const double left = std::max(1 - waves * variance, kLeast);
+    const double left = std::max(1 - waves * variance, kMin);
     const Eigen::Vector2d axis = eigen.eigenvectors().col(i);
     covariance.topLeftCorner<2, 2>() += variance * (1 / left - 1) * axis * axis.transpose();
   }

@@ -51,12 +51,12 @@ void DeckRibs::See(const float* y,
     const float shift = slope[i] * depth_m * per_m;
     const float left = Least(Most(kTroughStart + kInclined - shift, kTroughStart), kTroughEnd);
     const float right = Least(Most(kTroughEnd - kInclined - shift, left), kTroughEnd);
-    const float left_part = Common(low, high, kTroughStart, left) * per_width;
-    const float upper_part = Common(low, high, left, right) * per_width;
-    const float right_part = Common(low, high, right, kTroughEnd) * per_width;
-    shade[i] = 1 - (1 - kLeftSide) * left_part - (1 - kUpperFlange) * upper_part -
-               (1 - kRightSide) * right_part;
-    rise[i] = depth_m * (upper_part + (left_part + right_part) / 2);
+    const float left_share = Common(low, high, kTroughStart, left) * per_width;
+    const float upper_share = Common(low, high, left, right) * per_width;
+    const float right_share = Common(low, high, right, kTroughEnd) * per_width;
+    shade[i] = 1 - (1 - kLeftSide) * left_share - (1 - kUpperFlange) * upper_share -
+               (1 - kRightSide) * right_share;
+    rise[i] = depth_m * (upper_share + (left_share + right_share) / 2);
   }
 }
 

@@ -245,15 +245,15 @@ inline constexpr std::array kSlipFields{
 };
 
 /// An error of -2 reverses the sign, one of 999 gives millimetres.
-inline constexpr double kLeastError = -10;
-inline constexpr double kMostError = 10000;
+inline constexpr double kMinError = -10;
+inline constexpr double kMaxError = 10000;
 
 inline constexpr std::array kWheelsFields{
     Field<Wheels>{"rate_hz", &Wheels::rate_hz, 0.1, 1000},
     Field<Wheels>{"track_width_m", &Wheels::track_width_m, 0.01, 10},
-    Field<Wheels>{"scale_error_ratio", &Wheels::scale_error_ratio, kLeastError, kMostError},
+    Field<Wheels>{"scale_error_ratio", &Wheels::scale_error_ratio, kMinError, kMaxError},
     Field<Wheels>{
-        "track_width_error_ratio", &Wheels::track_width_error_ratio, kLeastError, kMostError},
+        "track_width_error_ratio", &Wheels::track_width_error_ratio, kMinError, kMaxError},
     Field<Wheels>{"translation_noise_per_sqrt_m", &Wheels::translation_noise_per_sqrt_m, 0, 1},
     Field<Wheels>{"yaw_noise_deg_per_sqrt_m", &Wheels::yaw_noise_deg_per_sqrt_m, 0, 180},
     Field<Wheels>{"yaw_noise_ratio", &Wheels::yaw_noise_ratio, 0, 1},
@@ -266,7 +266,7 @@ inline constexpr std::array kGyroFields{
     Field<Gyro>{"noise_deg_s", &Gyro::noise_deg_s, 0, 1000},
     Field<Gyro>{"bias_deg_s", &Gyro::bias_deg_s, -1000, 1000},
     Field<Gyro>{"bias_walk_deg_s_per_sqrt_s", &Gyro::bias_walk_deg_s_per_sqrt_s, 0, 100},
-    Field<Gyro>{"scale_error_ratio", &Gyro::scale_error_ratio, kLeastError, kMostError},
+    Field<Gyro>{"scale_error_ratio", &Gyro::scale_error_ratio, kMinError, kMaxError},
     Field<Gyro>{"clock_offset_s", &Gyro::clock_offset_s, -1e10, 1e10},
 };
 

@@ -190,11 +190,11 @@ double CountSolids(const Structure& of, const Room& room) {
   const double length_m = std::max(0.0, extent.to_m - extent.from_m);
   double runs = of.spacing_m > 0 ? 1 + std::max(0.0, extent.across_m - of.at_m) / of.spacing_m : 1;
   if (of.runs > 0) runs = std::min<double>(runs, of.runs);
-  constexpr double kMostInOne = 20;  // solids of a single object, a panel or a detail
+  constexpr double kMaxInOne = 20;  // solids of a single object, a panel or a detail
   double parts = 1 + length_m / of.every_m + of.details_per_10m * length_m / 10;
   if (of.hanger_every_m > 0) parts += length_m / of.hanger_every_m;
   if (of.kind == StructureKind::kTray) parts += of.width_m / 0.02 * (1 + length_m / 1.7);
-  return runs * parts * kMostInOne;
+  return runs * parts * kMaxInOne;
 }
 
 }  // namespace ceilmap::simulator

@@ -64,7 +64,7 @@ bool RefusedToOpen(const char* path, int flags) {
   return Setting("CEILMAP_FAULT") == "readonly" && (flags & kChanges) != 0 && InFolder(path);
 }
 
-[[gnu::destructor]] void TellCalls() {
+[[gnu::destructor]] void ReportCalls() {
   const char* const name = getenv("CEILMAP_FAULT_COUNT");
   if (name == nullptr) return;
   if (FILE* const file = std::fopen(name, "w")) {

@@ -36,10 +36,10 @@ void WhiteBalance::Add(const cv::Mat& samples, const ScanLines& lines) {
 
 ChannelGains WhiteBalance::Gains() const {
   ChannelGains gains{1, 1, 1};
-  constexpr double kMost = 3;
+  constexpr double kMax = 3;
   for (int c = 0; c < 3; ++c) {
     if (!(sum_[c] > 0)) continue;
-    gains[static_cast<std::size_t>(c)] = std::clamp(model_[c] * count_ / sum_[c], 1 / kMost, kMost);
+    gains[static_cast<std::size_t>(c)] = std::clamp(model_[c] * count_ / sum_[c], 1 / kMax, kMax);
   }
   return gains;
 }

@@ -69,16 +69,16 @@ class DriveWorld {
   }
 
  private:
-  struct Sight {
+  struct Observation {
     Eigen::Vector2d ray;  // as the rig interprets the pixel
     double row = 0;
   };
 
-  Sight See(const Eigen::Vector3d& point, int view) {
+  Observation See(const Eigen::Vector3d& point, int view) {
     const auto i = static_cast<std::size_t>(view);
-    Sight sight;
+    Observation observed;
     for (int round = 0; round < 4; ++round) {  // the row depends on the time
-      const double time = truth_.readout_s * sight.row;
+      const double time = truth_.readout_s * observed.row;
       const ViewVelocity& v = drive_.velocities[i];
       const Pose2 at =
           drive_.cameras[i] * Pose2{v.linear.x() * time, v.linear.y() * time, v.yaw_rad_s * time};
@@ -86,10 +86,10 @@ class DriveWorld {
       const Eigen::Vector3d p_cam =
           R_level_cam_.transpose() * Eigen::Vector3d(seen.x(), seen.y(), point.z());
       const Eigen::Vector2d pixel = *lens_.Project(p_cam);
-      sight.row = pixel.y() / (lens_.height_px - 1) - 0.5;
-      sight.ray = up_.camera.Ray(pixel)->hnormalized();
+      observed.row = pixel.y() / (lens_.height_px - 1) - 0.5;
+      observed.ray = up_.camera.Ray(pixel)->hnormalized();
     }
-    return sight;
+    return observed;
   }
 
   /// Around a view.
@@ -109,8 +109,8 @@ class DriveWorld {
     std::normal_distribution<double> doubt(1, 0.05);
     ViewPair pair{first, second, {}};
     for (std::size_t k = 0; k < points.size(); ++k) {
-      const Sight a = See(points[k], first);
-      const Sight b = See(points[k], second);
+      const Observation a = See(points[k], first);
+      const Observation b = See(points[k], second);
       pair.places.push_back({a.ray,
                              b.ray,
                              a.row,

@@ -74,7 +74,7 @@ TEST(TurnCheck, FiveFramesAtTheSameAngleTellASlip) {
     seen += 0.1;
     EXPECT_EQ(check.Judge(seen - 0.5, kVariance), Verdict::kDropped);
     EXPECT_TRUE(check.Waits());
-    EXPECT_NEAR(check.Doubt(), 0.25, 1e-9);
+    EXPECT_NEAR(check.DisagreementVariance(), 0.25, 1e-9);
   }
   check.Begin(kWheels);
   EXPECT_EQ(check.Judge(seen + 0.1 - 0.5, kVariance), Verdict::kSlipped);
@@ -97,10 +97,10 @@ TEST(TurnCheck, AGyroDoesNotSlipNorDoWheelsByHalfATurn) {
     gyro.Begin(kGyro);
     EXPECT_EQ(gyro.Judge(0.1 * i - 0.5, kVariance), Verdict::kDropped);
     EXPECT_FALSE(gyro.Waits());
-    EXPECT_EQ(gyro.Doubt(), 0);
+    EXPECT_EQ(gyro.DisagreementVariance(), 0);
     wheels.Begin(kWheels);
     EXPECT_EQ(wheels.Judge(0.1 * i + 3, kVariance), Verdict::kDropped);
-    EXPECT_GT(wheels.Doubt(), 8);
+    EXPECT_GT(wheels.DisagreementVariance(), 8);
   }
   EXPECT_FALSE(wheels.Waits());
 }

@@ -13,8 +13,8 @@ namespace ceilmap_ros {
 namespace {
 
 // Bounds of what is kept while no image comes: a minute of wheels at 200 Hz, a few images.
-constexpr std::size_t kMostSamples = 12'000;
-constexpr std::size_t kMostImages = 8;
+constexpr std::size_t kMaxSamples = 12'000;
+constexpr std::size_t kMaxImages = 8;
 
 template <typename Sample>
 std::vector<Sample> TakeAll(std::deque<Sample>& samples) {
@@ -84,23 +84,23 @@ void Inbox::AddOdometry(const OdometryPose& sample) {
   if (!Order(odometry_.order, sample.stamp)) return;
   buffer_.Add(sample);
   odometry_.samples.push_back(sample);
-  if (odometry_.samples.size() > kMostSamples) odometry_.samples.pop_front();
+  if (odometry_.samples.size() > kMaxSamples) odometry_.samples.pop_front();
   Notify();
 }
 
 void Inbox::AddGyro(const StampedRate& sample) {
   const std::scoped_lock lock(mutex_);
-  if (std::isfinite(sample.yaw_rate_rad_s)) Add(gyro_, sample, kMostSamples);
+  if (std::isfinite(sample.yaw_rate_rad_s)) Add(gyro_, sample, kMaxSamples);
 }
 
 void Inbox::AddForward(const StampedImage& image) {
   const std::scoped_lock lock(mutex_);
-  Add(forward_, image, kMostImages);
+  Add(forward_, image, kMaxImages);
 }
 
 void Inbox::AddOmni(const StampedImage& image) {
   const std::scoped_lock lock(mutex_);
-  Add(omni_, image, kMostImages);
+  Add(omni_, image, kMaxImages);
 }
 
 void Inbox::AddCeiling(const cv::Mat& grey, Stamp stamp, Stamp now) {
