@@ -81,8 +81,8 @@ TEST_F(Faults, AVideoThatIsCompressedTooMuchGivesNoWrongPose) {
 TEST_F(Faults, AVideoThatIsCompressedMuchIsLocalized) {
   const Outcome outcome = TheLab().Localize(FaultNamed("x265, CRF 35"), 1);
   ExpectSurvived(outcome);
-  EXPECT_GT(outcome.Coverage(), 0.8);
-  EXPECT_LT(outcome.largest_m, 0.01);
+  EXPECT_GT(outcome.Coverage(), 0.7);
+  EXPECT_LT(outcome.largest_m, 0.02);
 }
 
 TEST_F(Faults, ASizeThatChangesIsRefused) {
