@@ -60,13 +60,8 @@ double WhitePower(const ImageNoise& a, const ImageNoise& b) {
   return double{a.white} * b.white;
 }
 
-bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
-  return current.IsEncoded() && (!same_recording || reference.IsEncoded());
-}
-
-double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
-  if (!CodecCounts(reference, current, same_recording)) return WhitePower(reference, current);
-  return double{same_recording ? reference.coded : current.coded} * current.coded;
+double CodedPower(const ImageNoise& a, const ImageNoise& b) {
+  return a.IsEncoded() && b.IsEncoded() ? double{a.coded} * b.coded : WhitePower(a, b);
 }
 
 }  // namespace ceilmap::registration

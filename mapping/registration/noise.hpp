@@ -31,14 +31,8 @@ ImageNoise MakeNoise(float white);
 /// Power of the white noise that two images have in common, grey levels squared.
 double WhitePower(const ImageNoise& a, const ImageNoise& b);
 
-/// Whether the error of a codec counts in the comparison of two images. It encodes all images of a
-/// video: where only one has little noise, that one is blurred by motion. A reference of another
-/// recording (RegistrarParams::same_recording) is drawn from a map and has little noise without any
-/// codec, so that the current image alone tells.
-bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording);
-
-/// WhitePower, or where CodecCounts the power of what the codec's errors have in common; those of
-/// an image drawn from a map are taken to be as large as those of the current image.
-double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording);
+/// The same with the error of the codec. A codec encodes all images of a video: where only one has
+/// little noise, that one is blurred by motion, and the result is WhitePower.
+double CodedPower(const ImageNoise& a, const ImageNoise& b);
 
 }  // namespace ceilmap::registration

@@ -77,9 +77,9 @@ struct RegistrarParams {
   /// Where images have content (CeilingView::Mask): CV_8UC1 of the image's size, 0 where they
   /// have none; empty: everywhere. Blank borders would otherwise be matched with each other.
   cv::Mat mask;
-  /// The images are frames of one recording: where both have no noise, a codec removed it, and a
-  /// motion that the prior predicts needs less evidence. False: the reference may be drawn from a
-  /// map, and the noise of the current image alone decides.
+  /// The images are frames of one recording: where they have no noise, a codec removed it, and a
+  /// motion that the prior predicts needs less evidence. False: an image without noise may be
+  /// drawn from a map, or blurred.
   bool same_recording = true;
   /// Where the amplitude spectra propose no motion that explains the images (little in common,
   /// depth, perspective), matches of local features (SIFT) propose one. Other images take no

@@ -40,21 +40,9 @@ TEST(CodedNoise, IsLargerWhereACodecRemovedTheNoise) {
 TEST(CodedNoise, OnlyOneImageWithoutNoiseIsNotACodec) {
   const ImageNoise encoded = MakeNoise(0.3F);
   const ImageNoise sensor = MakeNoise(2);
-  EXPECT_FLOAT_EQ(CodedPower(encoded, encoded, true), encoded.coded * encoded.coded);
-  EXPECT_FLOAT_EQ(CodedPower(encoded, sensor, true), 0.3F * 2);
-  EXPECT_FLOAT_EQ(CodedPower(sensor, encoded, true), 0.3F * 2);
+  EXPECT_FLOAT_EQ(CodedPower(encoded, encoded), encoded.coded * encoded.coded);
+  EXPECT_FLOAT_EQ(CodedPower(encoded, sensor), 0.3F * 2);
   EXPECT_FLOAT_EQ(WhitePower(encoded, encoded), 0.3F * 0.3F);
-}
-
-TEST(CodedNoise, AgainstAMapTheImageAloneCounts) {
-  const ImageNoise encoded = MakeNoise(0.3F);
-  const ImageNoise sensor = MakeNoise(2);
-  for (const ImageNoise& map : {encoded, sensor}) {
-    EXPECT_TRUE(CodecCounts(map, encoded, false));
-    EXPECT_FALSE(CodecCounts(map, sensor, false));
-    EXPECT_FLOAT_EQ(CodedPower(map, encoded, false), encoded.coded * encoded.coded);
-    EXPECT_FLOAT_EQ(CodedPower(map, sensor, false), map.white * 2);
-  }
 }
 
 TEST(CodedNoise, AReducedImageHasLess) {
