@@ -14,7 +14,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 
-constexpr double kMinSigmaPx = 0.005;
+constexpr double kMinRaySigmaPx = 0.005;
 constexpr double kMedianOfAxis = 0.6745;  // of the size of a normal error in one axis
 
 Vector2d TravelBetween(const DriveParameters& parameters, const DrivePoint& point) {
@@ -53,7 +53,7 @@ DriveScales EstimateScales(const std::vector<DrivePoint>& points,
     along.push_back(std::abs(direction.dot(error)) / length);
   }
   DriveScales scales;
-  scales.place_px = std::max(kMinSigmaPx, Median(across_px) / kMedianOfAxis);
+  scales.place_px = std::max(kMinRaySigmaPx, Median(across_px) / kMedianOfAxis);
   if (!parameters.heights.empty()) {
     along.clear();
     for (const double rho : parameters.heights) along.push_back(std::abs(rho - 1));
