@@ -44,13 +44,17 @@ simulator::Scene MappedRoom() {
   return scene;
 }
 
-simulator::Scene VisitedRoom() {
-  simulator::Scene scene = MappedRoom();
+simulator::Scene OfAnotherRobot(simulator::Scene scene) {
   scene.robot = "another robot";
   scene.camera.focal_px *= 1.08;
   scene.camera.mount_height_m += 0.15;
   scene.camera.mount_x_m = 0.03;
   scene.image.exposure_gain = 0.75;
+  return scene;
+}
+
+simulator::Scene VisitedRoom() {
+  simulator::Scene scene = OfAnotherRobot(MappedRoom());
   scene.image.exposure_drift = 0.05;
   scene.path.kind = simulator::PathKind::kWaypoints;
   scene.path.waypoints_m = {{5.6, 4.2}, {5.6, 2.3}, {2.4, 2.2}, {2.3, 4.0}};

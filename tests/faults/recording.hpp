@@ -25,8 +25,9 @@ using Random = std::mt19937;
 /// A tiled room of 9 x 7 m seen by a camera of 320 x 240 px, and a drive around it of about 190
 /// frames, 6 cm each: enough to be mapped with a loop closure.
 simulator::Scene MappedRoom();
-/// The same room on another day, from another robot: higher camera, longer focal length, darker
-/// images, on a separate path of about 120 frames.
+/// The same scene with another robot: higher camera, longer focal length, darker images.
+simulator::Scene OfAnotherRobot(simulator::Scene scene);
+/// The same room on another day, from another robot, on a separate path of about 120 frames.
 simulator::Scene VisitedRoom();
 
 /// Renders the scene's drive.

@@ -61,13 +61,9 @@ simulator::Scene PlasterRoom() {
   return scene;
 }
 
-/// Another robot with another camera, in less light, on another way in the mapped part of the room.
-simulator::Scene Visit(simulator::Scene scene) {
-  scene.robot = "another robot";
-  scene.camera.focal_px *= 1.08;
-  scene.camera.mount_height_m += 0.15;
-  scene.camera.mount_x_m = 0.03;
-  scene.image.exposure_gain = 0.75;
+/// Another robot on another way in the mapped part of the room.
+simulator::Scene Visit(const simulator::Scene& mapped) {
+  simulator::Scene scene = OfAnotherRobot(mapped);
   scene.path.kind = simulator::PathKind::kWaypoints;
   const auto [x_min, y_min, x_max, y_max] = scene.path.area_m;
   for (const auto& [x, y] : {std::pair{0.9, 0.9}, {0.9, 0.12}, {0.1, 0.08}, {0.08, 0.8}}) {
