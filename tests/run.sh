@@ -6,9 +6,18 @@ set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
-samples/install-deps.sh --tests
+samples/install-deps.sh
+# What only the tests need (a browser, Python modules, ROS 2's build tools) is installed while the build runs.
+log=$(mktemp)
+samples/install-deps.sh --tests >"$log" 2>&1 &
+installing=$!
+trap 'wait; rm -f "$log"' EXIT
 cmake --preset release
 cmake --build --preset release
+if ! wait "$installing"; then
+  cat "$log" >&2
+  exit 1
+fi
 
 report=build/release/ctest.xml
 cases=build/release/gtest

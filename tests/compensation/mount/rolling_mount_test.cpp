@@ -16,6 +16,7 @@ constexpr double kAxleM = 0.12;
 constexpr double kSpinS = 10;
 constexpr double kDriveS = 4;
 constexpr double kDriveM = 1.5;
+constexpr double kFrameS = 0.25;
 
 simulator::Scene RollingRobot() {
   simulator::Scene scene = synthetic::Robot();
@@ -44,7 +45,6 @@ CeilingRecording Film(const char* name,
                       Pose2 (*pose)(double),
                       double duration_s,
                       bool stamps) {
-  constexpr double kFrameS = 0.2;
   const double half_s = simulator::HalfExposure(renderer.GetScene().camera);
   CeilingRecorder recorder(name, view);
   for (int i = 0; i * kFrameS < duration_s + 1e-9; ++i) {
@@ -135,8 +135,8 @@ TEST_F(RollingMountTest, WithoutStampsTheMountIsMeasuredAlone) {
   for (CeilingRecording* recording : {&spin, &straight}) {
     recording->has_stamps = false;
     for (CeilingKeyframe& keyframe : recording->keyframes) {
-      keyframe.velocity.linear *= 0.2;
-      keyframe.velocity.yaw_rad_s *= 0.2;
+      keyframe.velocity.linear *= kFrameS;
+      keyframe.velocity.yaw_rad_s *= kFrameS;
     }
   }
   calib::Rig rig = Rough();
