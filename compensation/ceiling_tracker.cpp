@@ -67,8 +67,7 @@ constexpr double kPriorRad = 0.05;
 
 registration::RegistrarParams ParamsFor(const calib::CeilingView& view) {
   registration::RegistrarParams params;
-  params.mask = view.Mask();
-  params.camera = registration::PlaneCameraOf(view);
+  SetForView(view, params);
   return params;
 }
 
@@ -94,9 +93,11 @@ CeilingTracker::CeilingTracker(const calib::CeilingView& view)
   }
 }
 
-CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& image, double stamp_s) {
+CeilingTracker::Frame CeilingTracker::Analyze(const cv::Mat& image,
+                                              double stamp_s,
+                                              const registration::Encoding& encoding) {
   Frame frame;
-  frame.image = {image.clone(), registrar_.Analyze(image)};
+  frame.image = {image.clone(), registrar_.Analyze(image, {}, encoding)};
   frame.stamp_s = stamp_s;
   return frame;
 }

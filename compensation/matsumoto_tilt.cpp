@@ -93,7 +93,8 @@ MatsumotoTilt::Impl::Seen MatsumotoTilt::Impl::Observe(const TiltFrame& frame, I
   }
   {
     const StageTimer timer(report.ceiling_ms);
-    images.up = up.Analyze(up_view.Rectify(frame.up, rectified, frame.velocity));
+    images.up = up.Analyze(up_view.Rectify(frame.up, rectified, frame.velocity),
+                           {.predicted = frame.predicted});
     seen.T_level_frame = up.Measure(images.up);
   }
   if (ahead.valid()) ahead.get();

@@ -12,8 +12,7 @@ namespace {
 
 registration::RegistrarParams LevelParams(const calib::CeilingView& view) {
   registration::RegistrarParams params;
-  params.mask = view.Mask();
-  params.camera = registration::PlaneCameraOf(view);
+  SetForView(view, params);
   return params;
 }
 
@@ -22,9 +21,10 @@ registration::RegistrarParams LevelParams(const calib::CeilingView& view) {
 SimilarityTracker::SimilarityTracker(const calib::CeilingView& view)
     : view_(view), registrar_(view.Size(), LevelParams(view)) {}
 
-SimilarityTracker::Frame SimilarityTracker::Analyze(const cv::Mat& image) {
+SimilarityTracker::Frame SimilarityTracker::Analyze(const cv::Mat& image,
+                                                    const registration::Encoding& encoding) {
   Frame frame;
-  frame.image = {image.clone(), registrar_.Analyze(image)};
+  frame.image = {image.clone(), registrar_.Analyze(image, {}, encoding)};
   return frame;
 }
 

@@ -26,7 +26,7 @@ class SimilarityTracker {
   explicit SimilarityTracker(const calib::CeilingView& view);
 
   /// @param image  CV_8UC1, rectified.
-  Frame Analyze(const cv::Mat& image);
+  Frame Analyze(const cv::Mat& image, const registration::Encoding& encoding = {});
   /// Measures a frame against the last one that was measured, and sets frame.from_reference.
   /// @return p_reference = T_reference_base * p_base of a robot that was level in both; nothing
   ///   without a reference, or when the images cannot be registered.

@@ -351,7 +351,10 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   LevelFrame level = me.Levelled(frame);
   me.report.rectify_ms += MillisecondsSince(start);
   start = Clock::now();
-  me.matcher.Analyze(level);
+  const FrameSpectrum& analyzed = frame.rectified.spectrum;
+  me.matcher.Analyze(level,
+                     analyzed.empty() ? registration::Encoding{frame.predicted, std::nullopt}
+                                      : analyzed.GetEncoding());
   const FrameSpectrum& spectrum = level.image.spectrum;
   me.report.analyze_ms += MillisecondsSince(start);
   GlobalSearch::Known known;

@@ -73,11 +73,12 @@ mosaic::HeightMap HeightsOf(const store::MapReader& map) {
 registration::RegistrarParams WithScale(const calib::CeilingView& view,
                                         bool estimate_scale,
                                         bool local_features) {
-  return {.estimate_scale = estimate_scale,
-          .mask = view.Mask(),
-          .same_recording = false,
-          .local_features = local_features,
-          .camera = registration::PlaneCameraOf(view)};
+  registration::RegistrarParams params;
+  params.estimate_scale = estimate_scale;
+  params.same_recording = false;
+  params.local_features = local_features;
+  SetForView(view, params);
+  return params;
 }
 
 /// Derivative of the image motion (tx_px, ty_px, theta_rad) by a small motion (x, y, yaw) of base.
@@ -140,12 +141,12 @@ void MapMatcher::DrawAnew() {
   patches_ = std::make_unique<MapPatches>(map_, view_, registrar_, depth_.get());
 }
 
-void MapMatcher::Analyze(LevelFrame& frame) {
+void MapMatcher::Analyze(LevelFrame& frame, const registration::Encoding& encoding) {
   tilt_ = frame.tilt;
   if (!frame.image.spectrum.empty()) return;
   const cv::Mat& pixels = frame.image.pixels;
-  frame.image.spectrum =
-      registrar_.Analyze(pixels, tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(pixels));
+  frame.image.spectrum = registrar_.Analyze(
+      pixels, tilt_.IsLevel() ? cv::Mat() : calib::ContentMask(pixels), encoding);
 }
 
 MotionPrior MapMatcher::PriorFor(const Patch& at, const PoseWithCovariance& expected) const {

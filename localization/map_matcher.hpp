@@ -41,7 +41,7 @@ class MapMatcher {
   [[nodiscard]] double Span() const { return span_; }
   /// Prepares a frame for matching: completes its spectrum. Its tilt is used by the matches that
   /// follow.
-  void Analyze(LevelFrame& frame);
+  void Analyze(LevelFrame& frame, const registration::Encoding& encoding = {});
   [[nodiscard]] MapPatches& Patches() { return *patches_; }
   /// Whether the map has heights that a camera of another height can use.
   [[nodiscard]] bool HasDepth() const { return depth_->HasDepth(); }

@@ -16,8 +16,7 @@ struct RelativeOdometry::Impl {
   [[nodiscard]] std::unique_ptr<mapping::Odometry> NewOdometry() const {
     mapping::OdometryParams params;
     params.local_keyframes = 1;
-    params.registration.mask = view.Mask();
-    params.registration.camera = registration::PlaneCameraOf(view);
+    SetForView(view, params.registration);
     params.restart_after = std::numeric_limits<int>::max();  // restarted here instead
     return std::make_unique<mapping::Odometry>(view, Pose2{}, params);
   }

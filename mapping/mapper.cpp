@@ -27,16 +27,11 @@
 namespace ceilmap::mapping {
 namespace {
 
-void SetForView(const calib::CeilingView& view, registration::RegistrarParams& params) {
-  // Without a rig the camera may change its height: the scale is estimated, so that it does not
-  // disturb the other parameters.
-  if (view.FocalLength() <= 0) params.estimate_scale = true;
-  params.mask = view.Mask();
-  params.camera = registration::PlaneCameraOf(view);
-}
-
 MapperParams ForView(MapperParams params, const calib::CeilingView& view) {
   SetForView(view, params.odometry.registration);
+  // Without a rig the camera may change its height: the scale is estimated, so that it does not
+  // disturb the other parameters.
+  if (view.FocalLength() <= 0) params.odometry.registration.estimate_scale = true;
   params.loops.registration = params.odometry.registration;
   params.loops.noise = params.odometry.noise;
   params.loops.heading.noise_rad = params.odometry.heading_noise_rad;

@@ -59,6 +59,7 @@ struct FrameSource::State {
   std::optional<std::int64_t> expected;
   std::size_t read_ahead = 0;
   double clock_offset_s = terminal::ClockSeconds() - terminal::SteadySeconds();
+  bool predicted = false;
 
   // Used by the thread only.
   std::int64_t next_index = 0;
@@ -272,6 +273,7 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
   if (const std::string part = state.reader->Part(); !part.empty()) state.name += ":" + part;
   state.warnings = state.reader->Remarks();
   state.read_ahead = static_cast<std::size_t>(std::max(options.read_ahead, 1));
+  state.predicted = state.reader->IsPredicted();
   state.report.live = state.reader->GetKind() == FrameReader::Kind::kLive;
   if (!state.report.live) state.expected = state.reader->ExpectedFrames();
   if (auto warning = state.stamps->Begin(*state.reader, state.expected)) {
@@ -353,6 +355,9 @@ StampOrigin FrameSource::Stamps() const {
   const std::lock_guard lock(state_->mutex);
   const StampOrigin origin = state_->stamps->Origin();
   return origin == StampOrigin::kClock && state_->live_times ? StampOrigin::kStream : origin;
+}
+bool FrameSource::IsPredicted() const {
+  return state_->predicted;
 }
 bool FrameSource::IsLive() const {
   return state_->live.has_value();

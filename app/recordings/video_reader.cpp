@@ -60,6 +60,7 @@ struct VideoReader::Decoder {
   }
   [[nodiscard]] std::optional<double> Time() const;
   [[nodiscard]] cv::Size Size() const { return {codec_->width, codec_->height}; }
+  [[nodiscard]] AVCodecID Codec() const { return codec_->codec_id; }
 
   std::int64_t left_out = 0;
   bool source_failed = false;  // it ended by an error
@@ -344,6 +345,13 @@ bool VideoReader::Skip() {
   return decoder_->Decode();
 }
 
+bool VideoReader::IsPredicted() const {
+  // HEVC predicts too, but its images keep noise where they are coarse: it does not tell how
+  // coarse.
+  constexpr AVCodecID kCodecs[] = {
+      AV_CODEC_ID_H264, AV_CODEC_ID_VP8, AV_CODEC_ID_VP9, AV_CODEC_ID_AV1};
+  return std::ranges::find(kCodecs, decoder_->Codec()) != std::end(kCodecs);
+}
 FrameReader::Kind VideoReader::GetKind() const {
   const bool live = input_ == Input::kStream && !decoder_->expected;
   return live ? Kind::kLive : Kind::kVideo;

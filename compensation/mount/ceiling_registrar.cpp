@@ -4,8 +4,7 @@ namespace ceilmap::mount {
 
 registration::Registrar CeilingRegistrar(const calib::CeilingView& view) {
   registration::RegistrarParams params;
-  params.mask = view.Mask();
-  params.camera = registration::PlaneCameraOf(view);
+  SetForView(view, params);
   return registration::Registrar(view.Size(), params);
 }
 

@@ -88,7 +88,8 @@ Estimate CeilingLocalizer::Locate(const Frame& frame) {
                                frame.rectified,
                                impl_->repetition.Next(frame.as_taken),
                                frame.velocity,
-                               frame.context.wheels});
+                               frame.context.wheels,
+                               frame.up.predicted});
   if (location.tilt_left) CorrectTilt(*location.tilt_left);
   if (location.velocity) Move(*location.velocity);
   Sensors::Locate(frame.up.stamp_s,

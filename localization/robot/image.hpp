@@ -12,6 +12,9 @@ struct Image {
   cv::Mat pixels;          ///< CV_8UC1; forward and mirror camera: also CV_8UC3 (BGR)
   double stamp_s = 0;      ///< middle of the exposure; one clock for all sensors
   std::int64_t index = 0;  ///< upward camera: number of the frame, stored with its pose
+  /// Upward camera: decoded from H.264, VP8, VP9 or AV1, as network cameras send them
+  /// (registration::Encoding). A robot is then localized also at a low bitrate.
+  bool predicted = false;
 };
 
 }  // namespace ceilmap::robot

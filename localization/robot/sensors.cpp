@@ -133,6 +133,7 @@ compensation::TiltEstimate Sensors::Impl::MeasureTilt(const Task& task) {
   frame.up = task.up.pixels;
   frame.stamp_s = task.up.stamp_s;
   frame.velocity = task.velocity;
+  frame.predicted = task.up.predicted;
   if (task.forward) frame.forward = task.forward->pixels;
   if (frame.forward.channels() == 3) {
     cv::cvtColor(frame.forward, forward_grey, cv::COLOR_BGR2GRAY);

@@ -279,8 +279,7 @@ bool BlockStage::CorrelateBlock(const Level& reference,
                                 const Level& current,
                                 int block,
                                 const kernels::Affine& map) {
-  const double power = same_recording_ ? CodedPower(reference.noise, current.noise)
-                                       : WhitePower(reference.noise, current.noise);
+  const double power = CodedPower(reference.noise, current.noise, same_recording_);
   const double noise = kBlockNoiseFactor * poc_.WindowPower() * power;
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;

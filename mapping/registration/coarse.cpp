@@ -318,7 +318,8 @@ void CoarseStage::ProposeShifts(const FrameSpectrum::Coarse& reference,
                                 const TurnedBack& turned,
                                 bool half_turn,
                                 std::vector<Hypothesis>& hypotheses) {
-  const double sigma_product = CodedPower(reference.noise, current.noise) / (factor_ * factor_);
+  const double sigma_product =
+      CodedPower(reference.noise, current.noise, true) / (factor_ * factor_);
   poc_.Correlate(reference.spectrum,
                  turned.spectrum,
                  kNoiseFactor * sigma_product * poc_.WindowPower(),

@@ -8,8 +8,6 @@
 namespace ceilmap::registration {
 namespace {
 
-// White noise of any sensor, grey levels: videos of x264 have less from CRF 25 to 30 on.
-constexpr float kSensorNoise = 1.0F;
 // The codec's error where no white noise is left, grey levels.
 constexpr float kCodingNoise = 5;
 
@@ -17,7 +15,7 @@ constexpr float kCodingNoise = 5;
 
 ImageNoise ImageNoise::Reduced(double factor) const {
   const auto divisor = static_cast<float>(factor);
-  return {white / divisor, coded / divisor, removed};
+  return {white / divisor, coded / divisor, removed, predicted};
 }
 
 float EstimateNoise(const cv::Mat& grey) {
@@ -51,17 +49,34 @@ float EstimateNoise(const cv::Mat& grey) {
   return std::max(kRounding, median / (2 * 0.6745F));
 }
 
-ImageNoise MakeNoise(float white) {
-  const float removed = std::max(0.0F, 1 - white / kSensorNoise);
+ImageNoise MakeNoise(float white, float sensor) {
+  const float removed = std::max(0.0F, 1 - white / sensor);
   return {white, std::hypot(white, kCodingNoise * removed), removed};
+}
+
+float SensorNoiseIn(const calib::CeilingView& view) {
+  if (!view.NeedsRectification()) return kSensorNoise;
+  constexpr int kMean = 128;
+  constexpr int kSigma = 12;  // large against the rounding to grey levels
+  cv::Mat raw(view.RawSize(), CV_8UC1);
+  cv::RNG random(1);
+  random.fill(raw, cv::RNG::NORMAL, kMean, kSigma);
+  cv::Mat buffer;
+  const float left = EstimateNoise(view.Rectify(raw, buffer)) / EstimateNoise(raw);
+  return kSensorNoise * std::min(1.0F, left);
 }
 
 double WhitePower(const ImageNoise& a, const ImageNoise& b) {
   return double{a.white} * b.white;
 }
 
-double CodedPower(const ImageNoise& a, const ImageNoise& b) {
-  return a.IsEncoded() && b.IsEncoded() ? double{a.coded} * b.coded : WhitePower(a, b);
+bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
+  return current.IsEncoded() && (same_recording ? reference.IsEncoded() : current.predicted);
+}
+
+double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
+  if (!CodecCounts(reference, current, same_recording)) return WhitePower(reference, current);
+  return double{same_recording ? reference.coded : current.coded} * current.coded;
 }
 
 }  // namespace ceilmap::registration

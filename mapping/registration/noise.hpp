@@ -2,6 +2,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "calib/ceiling_view.hpp"
+
 namespace ceilmap::registration {
 
 /// Noise of an image, standard deviations in grey levels.
@@ -13,6 +15,7 @@ struct ImageNoise {
   float coded = 0;
   /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1.
   float removed = 0;
+  bool predicted = false;  ///< Encoding::predicted
 
   /// Less white noise than any camera's sensor has: encoded at a low bitrate, or denoised.
   [[nodiscard]] bool IsEncoded() const { return removed > 0; }
@@ -25,14 +28,26 @@ struct ImageNoise {
 /// more where three quarters are black or white). @param grey  CV_8UC1.
 float EstimateNoise(const cv::Mat& grey);
 
-/// @param white  EstimateNoise.
-ImageNoise MakeNoise(float white);
+/// White noise of any camera's sensor, grey levels: videos of x264 have less from CRF 25 to 30 on.
+inline constexpr float kSensorNoise = 1;
+
+/// @param white  EstimateNoise. @param sensor  What is left of kSensorNoise in such an image.
+ImageNoise MakeNoise(float white, float sensor = kSensorNoise);
+
+/// What is left of kSensorNoise in a view's images: to draw an image anew smooths its noise.
+float SensorNoiseIn(const calib::CeilingView& view);
 
 /// Power of the white noise that two images have in common, grey levels squared.
 double WhitePower(const ImageNoise& a, const ImageNoise& b);
 
-/// The same with the error of the codec. A codec encodes all images of a video: where only one has
-/// little noise, that one is blurred by motion, and the result is WhitePower.
-double CodedPower(const ImageNoise& a, const ImageNoise& b);
+/// Whether the error of a codec counts in the comparison of two images. It encodes all images of a
+/// video: where only one has little noise, that one is blurred by motion. A reference of another
+/// recording (RegistrarParams::same_recording) is drawn from a map and has little noise without any
+/// codec, so that the current image alone tells, and it must be of a codec that predicts.
+bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording);
+
+/// WhitePower, or where CodecCounts the power of what the codec's errors have in common; those of
+/// an image drawn from a map are taken to be as large as those of the current image.
+double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording);
 
 }  // namespace ceilmap::registration

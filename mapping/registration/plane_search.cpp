@@ -143,8 +143,8 @@ Registration PlaneSearch::Verify(FrameSpectrum::Data& reference,
     finalists.push_back(fine_.Refine(reference, current, rival));
   }
   Registration result = Choose(reference, current, finalists, prior);
-  if (result.verdict == Verdict::kNoMatch && prior && params_.same_recording &&
-      reference.noise.IsEncoded() && current.noise.IsEncoded()) {
+  if (result.verdict == Verdict::kNoMatch && prior &&
+      CodecCounts(reference.noise, current.noise, params_.same_recording)) {
     if (const auto expected = FindExpected(finalists, *prior)) result = *expected;
   }
   for (const Candidate& c : candidates) {

@@ -55,7 +55,7 @@ struct Registrar::Impl {
   std::shared_ptr<BufferPool<Data>> pool = std::make_shared<BufferPool<Data>>();
   cv::Mat clean;
 
-  std::shared_ptr<Data> Analyze(const cv::Mat& grey, const cv::Mat& mask);
+  std::shared_ptr<Data> Analyze(const cv::Mat& grey, const cv::Mat& mask, const Encoding& encoding);
   /// Searches the motion under a ceiling with depth.
   Registration FindWithDepth(const FrameSpectrum& reference,
                              const heights::HeightField& known,
@@ -68,7 +68,8 @@ struct Registrar::Impl {
 };
 
 std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Analyze(const cv::Mat& grey,
-                                                              const cv::Mat& mask) {
+                                                              const cv::Mat& mask,
+                                                              const Encoding& encoding) {
   std::shared_ptr<Data> data = BufferPool<Data>::Take(pool);
   data->coarse_ready = false;
   data->unique.reset();
@@ -78,10 +79,21 @@ std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Analyze(const cv::Mat& gre
   data->broad_ready = false;
   data->features_ready = false;
   const cv::Mat& without_impulses = WithoutImpulses(grey, clean);
-  data->noise = MakeNoise(EstimateNoise(without_impulses));
+  const float white = EstimateNoise(without_impulses);
+  // So that the sensor's noise less what a codec removed is left.
+  const double sensor =
+      encoding.loss ? white / std::max(1e-3, 1 - *encoding.loss) : params.sensor_noise;
+  data->noise = MakeNoise(white, static_cast<float>(sensor));
+  data->noise.predicted = encoding.predicted;
   coarse.Reduce(without_impulses, mask, data->working);
   fine.Analyze(without_impulses, mask, *data);
   return data;
+}
+
+void SetForView(const calib::CeilingView& view, RegistrarParams& params) {
+  params.mask = view.Mask();
+  params.camera = PlaneCameraOf(view);
+  params.sensor_noise = SensorNoiseIn(view);
 }
 
 Registrar::Registrar(cv::Size size, const RegistrarParams& params) {
@@ -122,10 +134,17 @@ double FrameSpectrum::CodingLoss() const {
   return data_ ? data_->noise.removed : 0;
 }
 
-FrameSpectrum Registrar::Analyze(const cv::Mat& grey, const cv::Mat& mask) {
+Encoding FrameSpectrum::GetEncoding() const {
+  if (!data_) return {};
+  return {data_->noise.predicted, data_->noise.removed};
+}
+
+FrameSpectrum Registrar::Analyze(const cv::Mat& grey,
+                                 const cv::Mat& mask,
+                                 const Encoding& encoding) {
   Check(grey, mask);
   FrameSpectrum spectrum;
-  spectrum.data_ = impl_->Analyze(grey, mask);
+  spectrum.data_ = impl_->Analyze(grey, mask, encoding);
   return spectrum;
 }
 

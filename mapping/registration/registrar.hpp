@@ -77,9 +77,9 @@ struct RegistrarParams {
   /// Where images have content (CeilingView::Mask): CV_8UC1 of the image's size, 0 where they
   /// have none; empty: everywhere. Blank borders would otherwise be matched with each other.
   cv::Mat mask;
-  /// The images are frames of one recording: where they have no noise, a codec removed it, and a
-  /// motion that the prior predicts needs less evidence. False: an image without noise may be
-  /// drawn from a map, or blurred.
+  /// The images are frames of one recording: where both have no noise, a codec removed it, and a
+  /// motion that the prior predicts needs less evidence. False: the reference may be drawn from a
+  /// map, and that holds where the current image alone has no noise and Encoding::predicted.
   bool same_recording = true;
   /// Where the amplitude spectra propose no motion that explains the images (little in common,
   /// depth, perspective), matches of local features (SIFT) propose one. Other images take no
@@ -90,6 +90,10 @@ struct RegistrarParams {
   /// Of the images, for ceilings with depth: the principal point must be known. Focal length 0: not
   /// known, and not needed for a level robot.
   PlaneCamera camera = {};
+
+  /// What is left of the sensor's white noise in the images, grey levels (SensorNoiseIn): with
+  /// less, a codec removed it.
+  double sensor_noise = 1;
 
   /// Blocks that must agree, > 0.
   int min_inliers = 5;
@@ -108,6 +112,20 @@ struct RegistrarParams {
   double refine_poc_peak = 0.3;
 };
 
+/// RegistrarParams for images of a view: mask, camera and sensor_noise; the rest remains.
+void SetForView(const calib::CeilingView& view, RegistrarParams& params);
+
+/// How a camera's image was encoded before it was drawn for registration.
+struct Encoding {
+  /// By a codec that predicts parts of images from other images, and smooths what it cannot afford
+  /// (H.264, VP8, VP9, AV1): its errors move with the ceiling, and the noise that is left tells how
+  /// large they are. Not H.265, whose coarse images keep noise, not MJPEG, and not a raw image.
+  bool predicted = false;
+  /// FrameSpectrum::CodingLoss of the image from which this one was drawn anew, which smoothed its
+  /// noise; nothing: estimated in this one.
+  std::optional<double> loss = std::nullopt;
+};
+
 /// Everything that is computed once of an image and kept: its working copies and spectra. What only
 /// some registrations need is computed when the first one needs it. Cheap to copy and to share
 /// between threads and between registrars of one image size and mask; made by a Registrar.
@@ -121,6 +139,8 @@ class FrameSpectrum {
   /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1: the more, the
   /// larger the errors that remain in the image. 0 for an empty spectrum.
   [[nodiscard]] double CodingLoss() const;
+  /// With its CodingLoss, for an image that is drawn from this one.
+  [[nodiscard]] Encoding GetEncoding() const;
   /// Heights of the ceiling in this image; nullptr: the ceiling is taken to be plane. A Registrar
   /// uses them where the image is the reference.
   [[nodiscard]] const heights::HeightField* Heights() const { return heights_.get(); }
@@ -160,7 +180,9 @@ class Registrar {
   /// @param grey  CV_8UC1 of the registrar's size. @param mask  The same, 0 where this image has no
   /// content in addition to the common mask (RegistrarParams::mask); empty: none.
   /// @throws InputError on another type or size.
-  [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey, const cv::Mat& mask = {});
+  [[nodiscard]] FrameSpectrum Analyze(const cv::Mat& grey,
+                                      const cv::Mat& mask = {},
+                                      const Encoding& encoding = {});
 
   /// Motion that takes pixels of `reference` to pixels of `current`. The content of an image never
   /// causes an exception.

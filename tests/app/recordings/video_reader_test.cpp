@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "app/recordings/frame_source.hpp"
 #include "app/recordings/recording_writer.hpp"
+#include "tests/support/encoded_video.hpp"
 #include "tests/support/h264.hpp"
 #include "tests/support/synthetic_recording.hpp"
 #include "tests/support/test_folder.hpp"
@@ -55,6 +57,21 @@ TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
   EXPECT_GT(read, kCount / 4);
   EXPECT_THAT(source.Warnings(),
               ElementsAre(HasSubstr("frames are damaged, or depend on damaged ones")));
+}
+
+TEST(VideoReader, KnowsWhichCodecsPredictImages) {
+  const support::TestFolder folder;
+  const std::vector<cv::Mat> images(3, support::SyntheticCeiling({96, 64}));
+  const auto predicted = [&](const char* file, const char* codec) {
+    support::WriteEncoded(folder / file, {.codec = codec}, images);
+    return FrameSource((folder / file).string()).IsPredicted();
+  };
+  EXPECT_TRUE(predicted("a.mp4", "libx264"));
+  EXPECT_TRUE(predicted("a.webm", "libvpx-vp9"));
+  EXPECT_FALSE(predicted("a.mkv", "ffv1"));
+  EXPECT_FALSE(predicted("b.mkv", "libx265"));
+  cv::imwrite(folder / "1.png", images[0]);
+  EXPECT_FALSE(FrameSource(folder.Path().string() + "/%d.png").IsPredicted());
 }
 
 // Black and white of a video are 16 and 235.

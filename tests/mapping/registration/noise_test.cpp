@@ -40,9 +40,41 @@ TEST(CodedNoise, IsLargerWhereACodecRemovedTheNoise) {
 TEST(CodedNoise, OnlyOneImageWithoutNoiseIsNotACodec) {
   const ImageNoise encoded = MakeNoise(0.3F);
   const ImageNoise sensor = MakeNoise(2);
-  EXPECT_FLOAT_EQ(CodedPower(encoded, encoded), encoded.coded * encoded.coded);
-  EXPECT_FLOAT_EQ(CodedPower(encoded, sensor), 0.3F * 2);
+  EXPECT_FLOAT_EQ(CodedPower(encoded, encoded, true), encoded.coded * encoded.coded);
+  EXPECT_FLOAT_EQ(CodedPower(encoded, sensor, true), 0.3F * 2);
+  EXPECT_FLOAT_EQ(CodedPower(sensor, encoded, true), 0.3F * 2);
   EXPECT_FLOAT_EQ(WhitePower(encoded, encoded), 0.3F * 0.3F);
+}
+
+TEST(CodedNoise, AgainstAMapTheImageAloneCounts) {
+  ImageNoise encoded = MakeNoise(0.3F);
+  const ImageNoise sensor = MakeNoise(2);
+  EXPECT_FALSE(CodecCounts(sensor, encoded, false)) << "a camera may have little noise";
+  encoded.predicted = true;
+  for (const ImageNoise& map : {encoded, sensor}) {
+    EXPECT_TRUE(CodecCounts(map, encoded, false));
+    EXPECT_FALSE(CodecCounts(map, sensor, false));
+    EXPECT_FLOAT_EQ(CodedPower(map, encoded, false), encoded.coded * encoded.coded);
+    EXPECT_FLOAT_EQ(CodedPower(map, sensor, false), map.white * 2);
+  }
+}
+
+// To draw an image smooths its noise: that is no codec.
+TEST(CodedNoise, ARectifiedImageHasTheSensorsNoise) {
+  calib::MountedCamera camera;
+  camera.camera = calib::Lens::WithoutDistortion(calib::LensModel::kPlumbBob, kNoiseSize, 450);
+  EXPECT_EQ(SensorNoiseIn(calib::CeilingView(camera, 2.5)), kSensorNoise);
+  camera.camera = calib::Lens::WithoutDistortion(calib::LensModel::kEquidistant, kNoiseSize, 230);
+  const calib::CeilingView view(camera, 2.5);
+  const float left = SensorNoiseIn(view);
+  EXPECT_GT(left, 0.3F);
+  EXPECT_LT(left, 0.95F);
+  cv::Mat raw(kNoiseSize, CV_8UC1);
+  cv::randn(raw, 128, 1.3);
+  cv::Mat buffer;
+  const float noise = EstimateNoise(view.Rectify(raw, buffer));
+  EXPECT_TRUE(MakeNoise(noise).IsEncoded()) << "else this shows nothing";
+  EXPECT_FALSE(MakeNoise(noise, left).IsEncoded());
 }
 
 TEST(CodedNoise, AReducedImageHasLess) {

@@ -63,6 +63,43 @@ TEST_F(RegistrarEncodedTest, APredictedMotionNeedsLessEvidence) {
   EXPECT_GT(found, without_prediction);
 }
 
+TEST_F(RegistrarEncodedTest, AnImageDrawnFromOneKeepsItsEncoding) {
+  const FrameSpectrum taken = registrar_.Analyze(Shot(1, {}), {}, {.predicted = true});
+  EXPECT_TRUE(taken.GetEncoding().predicted);
+  EXPECT_EQ(taken.GetEncoding().loss, taken.CodingLoss());
+  const cv::Mat noisy = SyntheticCeiling().Render(kSize, {}, 3);
+  EXPECT_NEAR(
+      registrar_.Analyze(noisy, {}, taken.GetEncoding()).CodingLoss(), taken.CodingLoss(), 1e-6);
+  EXPECT_FALSE(registrar_.Analyze(noisy).GetEncoding().predicted);
+  EXPECT_FALSE(FrameSpectrum().GetEncoding().predicted);
+}
+
+// The map's image has its noise, as of a camera that was not encoded.
+TEST_F(RegistrarEncodedTest, AgainstAMapTheCodecOfTheCurrentImageCounts) {
+  RegistrarParams params;
+  params.same_recording = false;
+  Registrar registrar(kSize, params);
+  std::mt19937 random(5);
+  int found = 0;
+  int as_of_a_camera = 0;
+  constexpr int kPairs = 16;
+  for (std::uint32_t seed = 1; seed <= kPairs; ++seed) {
+    const ImageMotion truth = SmallMotion(random);
+    const SyntheticCeiling ceiling({.seed = seed, .tile_px = 110, .speckle_grey = 8});
+    const FrameSpectrum map = registrar.Analyze(ceiling.Render(kSize, {}, 1.5, seed + 50));
+    const cv::Mat current = Shot(seed, truth);
+    const MotionPrior prior = PriorNear(truth, 7);
+    as_of_a_camera += registrar.Register(map, registrar.Analyze(current), prior).ok() ? 1 : 0;
+    const Registration r =
+        registrar.Register(map, registrar.Analyze(current, {}, {.predicted = true}), prior);
+    if (!r.ok()) continue;
+    ++found;
+    EXPECT_THAT(r, IsMotion(truth, 1.0, 0.3)) << seed;
+  }
+  EXPECT_GE(found, kPairs - 2);
+  EXPECT_GT(found, as_of_a_camera);
+}
+
 TEST_F(RegistrarEncodedTest, NothingIsFoundBetweenOtherPlaces) {
   for (std::uint32_t seed = 1; seed <= 12; ++seed) {
     const double tile_px = seed % 2 == 0 ? 0 : 90;
