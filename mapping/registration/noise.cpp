@@ -10,6 +10,9 @@ namespace {
 
 // The codec's error where no white noise is left, grey levels.
 constexpr float kCodingNoise = 5;
+// ImageNoise::removed from which on it counts against a map: x264 at CRF 30. With less, images are
+// registered with a map as those of any camera.
+constexpr float kCoarse = 0.2F;
 
 }  // namespace
 
@@ -54,24 +57,13 @@ ImageNoise MakeNoise(float white, float sensor) {
   return {white, std::hypot(white, kCodingNoise * removed), removed};
 }
 
-float SensorNoiseIn(const calib::CeilingView& view) {
-  if (!view.NeedsRectification()) return kSensorNoise;
-  constexpr int kMean = 128;
-  constexpr int kSigma = 12;  // large against the rounding to grey levels
-  cv::Mat raw(view.RawSize(), CV_8UC1);
-  cv::RNG random(1);
-  random.fill(raw, cv::RNG::NORMAL, kMean, kSigma);
-  cv::Mat buffer;
-  const float left = EstimateNoise(view.Rectify(raw, buffer)) / EstimateNoise(raw);
-  return kSensorNoise * std::min(1.0F, left);
-}
-
 double WhitePower(const ImageNoise& a, const ImageNoise& b) {
   return double{a.white} * b.white;
 }
 
 bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
-  return current.IsEncoded() && (same_recording ? reference.IsEncoded() : current.predicted);
+  if (same_recording) return reference.IsEncoded() && current.IsEncoded();
+  return current.predicted && current.removed > kCoarse;
 }
 
 double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {

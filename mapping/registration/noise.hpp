@@ -2,8 +2,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "calib/ceiling_view.hpp"
-
 namespace ceilmap::registration {
 
 /// Noise of an image, standard deviations in grey levels.
@@ -34,16 +32,13 @@ inline constexpr float kSensorNoise = 1;
 /// @param white  EstimateNoise. @param sensor  What is left of kSensorNoise in such an image.
 ImageNoise MakeNoise(float white, float sensor = kSensorNoise);
 
-/// What is left of kSensorNoise in a view's images: to draw an image anew smooths its noise.
-float SensorNoiseIn(const calib::CeilingView& view);
-
 /// Power of the white noise that two images have in common, grey levels squared.
 double WhitePower(const ImageNoise& a, const ImageNoise& b);
 
 /// Whether the error of a codec counts in the comparison of two images. It encodes all images of a
 /// video: where only one has little noise, that one is blurred by motion. A reference of another
 /// recording (RegistrarParams::same_recording) is drawn from a map and has little noise without any
-/// codec, so that the current image alone tells, and it must be of a codec that predicts.
+/// codec, so that the current image alone tells: it must be coarse, of a codec that predicts.
 bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording);
 
 /// WhitePower, or where CodecCounts the power of what the codec's errors have in common; those of

@@ -80,9 +80,9 @@ std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Analyze(const cv::Mat& gre
   data->features_ready = false;
   const cv::Mat& without_impulses = WithoutImpulses(grey, clean);
   const float white = EstimateNoise(without_impulses);
-  // So that the sensor's noise less what a codec removed is left.
+  // So that the loss comes out again.
   const double sensor =
-      encoding.loss ? white / std::max(1e-3, 1 - *encoding.loss) : params.sensor_noise;
+      encoding.loss ? white / std::max(1e-3, 1 - *encoding.loss) : double{kSensorNoise};
   data->noise = MakeNoise(white, static_cast<float>(sensor));
   data->noise.predicted = encoding.predicted;
   coarse.Reduce(without_impulses, mask, data->working);
@@ -93,7 +93,6 @@ std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Analyze(const cv::Mat& gre
 void SetForView(const calib::CeilingView& view, RegistrarParams& params) {
   params.mask = view.Mask();
   params.camera = PlaneCameraOf(view);
-  params.sensor_noise = SensorNoiseIn(view);
 }
 
 Registrar::Registrar(cv::Size size, const RegistrarParams& params) {

@@ -91,10 +91,6 @@ struct RegistrarParams {
   /// known, and not needed for a level robot.
   PlaneCamera camera = {};
 
-  /// What is left of the sensor's white noise in the images, grey levels (SensorNoiseIn): with
-  /// less, a codec removed it.
-  double sensor_noise = 1;
-
   /// Blocks that must agree, > 0.
   int min_inliers = 5;
   /// Agreement of rough blocks + fine blocks + 2 x POC peak of the whole images, 0..4, from which
@@ -112,7 +108,7 @@ struct RegistrarParams {
   double refine_poc_peak = 0.3;
 };
 
-/// RegistrarParams for images of a view: mask, camera and sensor_noise; the rest remains.
+/// RegistrarParams for images of a view: mask and camera; the rest remains.
 void SetForView(const calib::CeilingView& view, RegistrarParams& params);
 
 /// How a camera's image was encoded before it was drawn for registration.

@@ -51,30 +51,16 @@ TEST(CodedNoise, AgainstAMapTheImageAloneCounts) {
   const ImageNoise sensor = MakeNoise(2);
   EXPECT_FALSE(CodecCounts(sensor, encoded, false)) << "a camera may have little noise";
   encoded.predicted = true;
+  ImageNoise fine = MakeNoise(0.9F);
+  fine.predicted = true;
+  EXPECT_TRUE(fine.IsEncoded());
+  EXPECT_FALSE(CodecCounts(sensor, fine, false)) << "it needs no help";
   for (const ImageNoise& map : {encoded, sensor}) {
     EXPECT_TRUE(CodecCounts(map, encoded, false));
     EXPECT_FALSE(CodecCounts(map, sensor, false));
     EXPECT_FLOAT_EQ(CodedPower(map, encoded, false), encoded.coded * encoded.coded);
     EXPECT_FLOAT_EQ(CodedPower(map, sensor, false), map.white * 2);
   }
-}
-
-// To draw an image smooths its noise: that is no codec.
-TEST(CodedNoise, ARectifiedImageHasTheSensorsNoise) {
-  calib::MountedCamera camera;
-  camera.camera = calib::Lens::WithoutDistortion(calib::LensModel::kPlumbBob, kNoiseSize, 450);
-  EXPECT_EQ(SensorNoiseIn(calib::CeilingView(camera, 2.5)), kSensorNoise);
-  camera.camera = calib::Lens::WithoutDistortion(calib::LensModel::kEquidistant, kNoiseSize, 230);
-  const calib::CeilingView view(camera, 2.5);
-  const float left = SensorNoiseIn(view);
-  EXPECT_GT(left, 0.3F);
-  EXPECT_LT(left, 0.95F);
-  cv::Mat raw(kNoiseSize, CV_8UC1);
-  cv::randn(raw, 128, 1.3);
-  cv::Mat buffer;
-  const float noise = EstimateNoise(view.Rectify(raw, buffer));
-  EXPECT_TRUE(MakeNoise(noise).IsEncoded()) << "else this shows nothing";
-  EXPECT_FALSE(MakeNoise(noise, left).IsEncoded());
 }
 
 TEST(CodedNoise, AReducedImageHasLess) {
