@@ -10,9 +10,9 @@ namespace {
 
 // The codec's error where no white noise is left, grey levels.
 constexpr float kCodingNoise = 5;
-// ImageNoise::removed from which on it counts against a map: x264 at CRF 30. With less, images are
+// ImageNoise::removed from which on it counts against a map: x264 at CRF 31. With less, images are
 // registered with a map as those of any camera.
-constexpr float kCoarse = 0.2F;
+constexpr float kCoarse = 0.45F;
 
 }  // namespace
 
