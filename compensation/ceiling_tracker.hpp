@@ -44,7 +44,7 @@ class CeilingTracker {
 
   [[nodiscard]] bool HasReference() const { return !reference_.spectrum.empty(); }
 
-  /// @param image  CV_8UC1, rectified. Stamps must increase.
+  /// @param image  CV_8UC1, rectified. Stamps must increase. @param encoding  Kept in the spectrum.
   Frame Analyze(const cv::Mat& image, double stamp_s, const registration::Encoding& encoding = {});
   /// Measures a frame against the reference and stores its motion for the next prediction. Sets
   /// frame.T_reference_base. A second frame of the same stamp replaces the first.
