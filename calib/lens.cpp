@@ -58,6 +58,10 @@ bool PositiveInside(std::array<double, kCount> b, int splits) {
 /// Whether the polynomial of coefficients c, the constant one first, is positive on [0, end].
 template <std::size_t kCount>
 bool PositiveUpTo(const std::array<double, kCount>& c, double end) {
+  // Most lenses bend little: the negative terms, largest at the end, do not outweigh the constant.
+  double smallest = 0;
+  for (std::size_t k = kCount; k-- > 1;) smallest = (smallest + std::min(c[k], 0.0)) * end;
+  if (c[0] + smallest > 0) return true;
   std::array<double, kCount> b{};
   double power = 1;
   double choose_n = 1;  // of k from the degree

@@ -1,12 +1,11 @@
 #include "mapping/height_scales.hpp"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
+#include "calib/base/sparse_cholesky.hpp"
 #include "calib/base/statistics.hpp"
 #include "mapping/heights/height_field.hpp"
 #include "mapping/planar_motion.hpp"
@@ -112,26 +111,23 @@ Eigen::VectorXd Solve(const std::vector<ScaleTerm>& terms, Eigen::Index unknowns
   constexpr double kCauchy = 2;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(unknowns);
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<Eigen::Triplet<double>> entries;
+    std::vector<SparseCholesky::Entry> entries;
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
     for (const ScaleTerm& term : terms) {
       const double predicted = x[term.a] - (term.b >= 0 ? x[term.b] : 0.0);
       const double off = (term.value - predicted) / term.sigma;
       const double robust = round == 0 ? 1 : 1 / (1 + off * off / (kCauchy * kCauchy));
       const double weight = robust / (term.sigma * term.sigma);
-      entries.emplace_back(term.a, term.a, weight);
+      entries.push_back({term.a, term.a, weight});
       right[term.a] += weight * term.value;
       if (term.b < 0) continue;
-      entries.emplace_back(term.b, term.b, weight);
-      entries.emplace_back(term.a, term.b, -weight);
-      entries.emplace_back(term.b, term.a, -weight);
+      entries.push_back({term.b, term.b, weight});
+      entries.push_back({std::max(term.a, term.b), std::min(term.a, term.b), -weight});
       right[term.b] -= weight * term.value;
     }
-    Eigen::SparseMatrix<double> normal(unknowns, unknowns);
-    normal.setFromTriplets(entries.begin(), entries.end());
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
-    if (solver.info() != Eigen::Success) return Eigen::VectorXd::Zero(unknowns);
-    x = solver.solve(right);
+    const SparseCholesky solver(unknowns, entries);
+    if (!solver.HasFactors()) return Eigen::VectorXd::Zero(unknowns);
+    x = solver.Solve(right);
   }
   return x;
 }

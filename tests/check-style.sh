@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Format and include arrows over all sources, clang-tidy over the product's.
-#   tests/check-style.sh         in a tenth of the time: clang-tidy sees all libraries of two top-level folders as one,
+#   tests/check-style.sh         in a tenth of the time: clang-tidy sees all libraries of some top-level folders as one,
 #                                so that it reads their headers once; its analyzer looks into fewer calls, and checks that
 #                                take long, for mistakes that these sources have no occasion for, are left out
 #   tests/check-style.sh --deep  everything that .clang-tidy asks for, of each source alone; also finds sources that

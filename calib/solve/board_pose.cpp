@@ -22,6 +22,15 @@ BoardPose Turned(const BoardPose& pose, const Eigen::Matrix3d& rotation) {
   return turned;
 }
 
+/// The rotation by the smallest angle that takes the direction to the optical axis.
+Eigen::Matrix3d PointingAt(const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d axis = direction.cross(Eigen::Vector3d::UnitZ());
+  const double across = axis.norm();
+  const Eigen::Vector3d unit =
+      across > 0 ? Eigen::Vector3d(axis / across) : Eigen::Vector3d::UnitX();
+  return Eigen::AngleAxisd(std::atan2(across, direction.z()), unit).toRotationMatrix();
+}
+
 }  // namespace
 
 std::vector<cv::Point3d> BoardPoints(const Board& board, const BoardView& view) {
@@ -42,10 +51,9 @@ std::optional<BoardPose> FindPose(const Lens& lens, const Board& board, const Bo
   }
   // A fisheye may show the board beside or behind the camera: its corners are seen from a camera
   // that points at the board.
-  const Eigen::Matrix3d R_turned_cam =
-      lens.model == LensModel::kEquidistant
-          ? Eigen::Quaterniond::FromTwoVectors(middle, Eigen::Vector3d::UnitZ()).toRotationMatrix()
-          : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d R_turned_cam = lens.model == LensModel::kEquidistant
+                                           ? PointingAt(middle)
+                                           : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
   std::vector<cv::Point2d> plane;
   for (const Eigen::Vector3d& ray : rays) {
     const Eigen::Vector3d turned = R_turned_cam * ray;

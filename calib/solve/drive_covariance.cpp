@@ -1,15 +1,15 @@
 #include "calib/solve/drive_covariance.hpp"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "calib/base/sparse_cholesky.hpp"
 
 namespace ceilmap::calibration {
 namespace {
 
 using Eigen::MatrixXd;
-using SparseMatrix = Eigen::SparseMatrix<double>;
 
 constexpr int kTimes = 8;  // parts of the drive with independent errors
 
@@ -28,34 +28,31 @@ void Raise(const MatrixXd& other, MatrixXd& covariance) {
     }
   }
 }
+
 // The normal equations under the loss function, with the priors of the estimated errors.
-SparseMatrix NormalWithPriors(const DriveProblem& problem, const Linearized& at) {
+SparseCholesky NormalWithPriors(const DriveProblem& problem, const Linearized& at) {
   const int n = at.jacobian.num_cols;
-  Eigen::VectorXd priors = Eigen::VectorXd::Constant(n, 1e-9);
+  std::vector<SparseCholesky::Entry> entries;
+  const auto add_prior = [&](int k, double sigma) {
+    entries.push_back({k, k, 1 / (sigma * sigma)});
+  };
+  for (int k = 0; k < n; ++k) entries.push_back({k, k, 1e-9});
   for (std::size_t k = 0; k < problem.estimated.size(); ++k) {
-    const double sigma = kPriorSigma[static_cast<std::size_t>(problem.estimated[k])];
-    priors[static_cast<Eigen::Index>(k)] += 1 / (sigma * sigma);
+    add_prior(static_cast<int>(k), kPriorSigma[static_cast<std::size_t>(problem.estimated[k])]);
   }
-  priors.tail(problem.heights).array() += 1 / (kHeightSigma * kHeightSigma);
-  Eigen::VectorXd roots(at.jacobian.num_rows);  // of the residuals' weights
+  for (int k = 0; k < problem.heights; ++k) add_prior(n - 1 - k, kHeightSigma);
   std::size_t row = 0;
   for (const BlockOwner& owner : problem.owners) {
     const BlockTerm term = TermOf(owner, at, row, problem.problem);
     for (int k = 0; k < term.rows; ++k, ++row) {
-      roots[static_cast<Eigen::Index>(row)] = std::sqrt(term.weight);
+      ForRow(at.jacobian, row, [&](int i, double by_i) {
+        ForRow(at.jacobian, row, [&](int j, double by_j) {
+          if (j <= i) entries.push_back({i, j, term.weight * by_i * by_j});
+        });
+      });
     }
   }
-  using ByRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  const Eigen::Map<const ByRows> jacobian(at.jacobian.num_rows,
-                                          n,
-                                          static_cast<Eigen::Index>(at.jacobian.values.size()),
-                                          at.jacobian.rows.data(),
-                                          at.jacobian.cols.data(),
-                                          at.jacobian.values.data());
-  const SparseMatrix weighted = roots.asDiagonal() * jacobian;
-  SparseMatrix normal = weighted.transpose() * weighted;
-  normal += SparseMatrix(priors.asDiagonal());
-  return normal;
+  return {n, entries};
 }
 
 }  // namespace
@@ -63,8 +60,8 @@ SparseMatrix NormalWithPriors(const DriveProblem& problem, const Linearized& at)
 MatrixXd DriveCovariance(DriveProblem& problem, std::size_t views) {
   const Linearized at(problem);
   const auto asked = static_cast<Eigen::Index>(problem.estimated.size());
-  const Eigen::SimplicialLDLT<SparseMatrix> solver(NormalWithPriors(problem, at));
-  const MatrixXd influence = solver.solve(MatrixXd::Identity(at.jacobian.num_cols, asked));
+  const MatrixXd influence =
+      NormalWithPriors(problem, at).Solve(MatrixXd::Identity(at.jacobian.num_cols, asked));
   MatrixXd of_view = MatrixXd::Zero(asked, static_cast<Eigen::Index>(views));
   MatrixXd of_time = MatrixXd::Zero(asked, kTimes);
   MatrixXd pairs = MatrixXd::Zero(asked, asked);

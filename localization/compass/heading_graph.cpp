@@ -1,12 +1,12 @@
 #include "localization/compass/heading_graph.hpp"
 
-#include <Eigen/Sparse>
-#include <Eigen/SparseCholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
 #include <stdexcept>
 
 #include "calib/base/pose2.hpp"
+#include "calib/base/sparse_cholesky.hpp"
 
 namespace ceilmap::compass {
 
@@ -32,32 +32,30 @@ void HeadingGraph::Measure(int from, int to, double turn_rad, double variance_ra
 void HeadingGraph::Solve() {
   const auto count = static_cast<Eigen::Index>(places_.size());
   if (count < 2) return;
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(places_.size() + 4 * turns_.size());
+  std::vector<SparseCholesky::Entry> entries;
+  entries.reserve(places_.size() + 3 * turns_.size());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
   // The first place is fixed. A very weak prior on the others keeps places regular that are not
   // connected to it.
   constexpr double kHeld = 1e12;
   constexpr double kWhisper = 1e-6;
-  for (int i = 0; i < count; ++i) entries.emplace_back(i, i, i == 0 ? kHeld : kWhisper);
+  for (int i = 0; i < count; ++i) entries.push_back({i, i, i == 0 ? kHeld : kWhisper});
   for (const Turn& turn : turns_) {
     const double residual =
         WrapAngle(turn.turn_rad - (At(turn.to).heading_rad - At(turn.from).heading_rad));
-    entries.emplace_back(turn.from, turn.from, turn.information);
-    entries.emplace_back(turn.to, turn.to, turn.information);
-    entries.emplace_back(turn.from, turn.to, -turn.information);
-    entries.emplace_back(turn.to, turn.from, -turn.information);
+    entries.push_back({turn.from, turn.from, turn.information});
+    entries.push_back({turn.to, turn.to, turn.information});
+    entries.push_back(
+        {std::max(turn.from, turn.to), std::min(turn.from, turn.to), -turn.information});
     gradient[turn.to] += turn.information * residual;
     gradient[turn.from] -= turn.information * residual;
   }
-  Eigen::SparseMatrix<double> information(count, count);
-  information.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(information);
-  const Eigen::VectorXd step = solver.solve(gradient);
+  const SparseCholesky solver(count, entries);
+  const Eigen::VectorXd step = solver.Solve(gradient);
   for (Eigen::Index i = 0; i < count; ++i) {
     Place& place = places_[static_cast<std::size_t>(i)];
     place.heading_rad = WrapAngle(place.heading_rad + step[i]);
-    place.variance_rad2 = i == 0 ? 0 : solver.solve(Eigen::VectorXd::Unit(count, i))[i];
+    place.variance_rad2 = i == 0 ? 0 : solver.Solve(Eigen::VectorXd::Unit(count, i))(i);
   }
 }
 

@@ -1,8 +1,7 @@
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <limits>
 
 #include "calib/base/error.hpp"
+#include "calib/base/sparse_cholesky.hpp"
 #include "mapping/graph/pose_graph.hpp"
 #include "mapping/graph/pose_graph_terms.hpp"
 #include "mapping/graph/selected_inverse.hpp"
@@ -52,22 +51,20 @@ class Information {
 };
 
 Eigen::MatrixX3d Information::Solve(const Eigen::MatrixX3d& b) const {
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<SparseCholesky::Entry> entries;
   entries.reserve(9 * blocks_.size());
   for (const MatrixBlock& block : blocks_) {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
-        entries.emplace_back(3 * block.row + i, 3 * block.column + j, block.value(i, j));
+        entries.push_back({3 * block.row + i, 3 * block.column + j, block.value(i, j)});
       }
     }
   }
-  Eigen::SparseMatrix<double> matrix(3 * size_, 3 * size_);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> factor(matrix);
-  if (factor.info() != Eigen::Success) {
+  const SparseCholesky solver(3 * size_, entries);
+  if (!solver.HasFactors()) {
     throw RunError("the pose graph's covariance cannot be computed: it is not determined");
   }
-  return factor.solve(b);
+  return solver.Solve(b);
 }
 
 /// The edges linearized at the poses, weighted by the robust loss.

@@ -1,13 +1,13 @@
 #include "mapping/mosaic/exposure.hpp"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <random>
 #include <span>
+
+#include "calib/base/sparse_cholesky.hpp"
 
 namespace ceilmap::mosaic {
 namespace {
@@ -26,7 +26,6 @@ constexpr double kVisibleBand = 0.005;  // log units: weaker bands are errors of
 constexpr std::size_t kMaxMatches = 8;
 
 using Observations = std::span<const ExposureObservation>;
-using SparseMatrix = Eigen::SparseMatrix<double>;
 
 /// The observations sorted by point, without the points observed only once, and at most kMaxMatches
 /// of each point. These are drawn at random: a regular choice would separate the keyframes into
@@ -74,7 +73,7 @@ std::array<double, kVignettingTerms> Powers(double q) {
 class NormalEquations {
  public:
   explicit NormalEquations(int unknowns) : right_(Eigen::VectorXd::Zero(unknowns)) {
-    for (int i = 0; i < unknowns; ++i) triplets_.emplace_back(i, i, kRidge);
+    for (int i = 0; i < unknowns; ++i) entries_.push_back({i, i, kRidge});
   }
 
   void AddPoint(Observations observations,
@@ -93,14 +92,14 @@ class NormalEquations {
       const double log_grey =
           observations[i].log_grey - model.LogBand(observations[i].keyframe, observations[i].row_s);
       grey_sum += w * log_grey;
-      triplets_.emplace_back(k, k, w);
+      entries_.push_back({k, k, w});
       right_[k] += w * log_grey;
       for (int m = 0; m < kVignettingTerms; ++m) {
         terms_sum[m] += w * terms[m];
-        triplets_.emplace_back(first_term + m, k, w * terms[m]);
+        entries_.push_back({first_term + m, k, w * terms[m]});
         right_[first_term + m] += w * terms[m] * log_grey;
         for (int n = 0; n <= m; ++n) {
-          triplets_.emplace_back(first_term + m, first_term + n, w * terms[m] * terms[n]);
+          entries_.push_back({first_term + m, first_term + n, w * terms[m] * terms[n]});
         }
       }
     }
@@ -108,20 +107,17 @@ class NormalEquations {
     for (const auto& [r, value_r] : row_) {
       right_[r] -= value_r * grey_sum / sum_w;
       for (const auto& [c, value_c] : row_) {
-        if (c <= r) triplets_.emplace_back(r, c, -value_r * value_c / sum_w);
+        if (c <= r) entries_.push_back({r, c, -value_r * value_c / sum_w});
       }
     }
   }
 
   [[nodiscard]] Eigen::VectorXd Solve() const {
-    SparseMatrix matrix(right_.size(), right_.size());
-    matrix.setFromTriplets(triplets_.begin(), triplets_.end());
-    const Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower> solver(matrix);
-    return solver.solve(right_);
+    return SparseCholesky(right_.size(), entries_).Solve(right_);
   }
 
  private:
-  std::vector<Eigen::Triplet<double>> triplets_;  // lower triangle
+  std::vector<SparseCholesky::Entry> entries_;
   Eigen::VectorXd right_;
   std::vector<std::pair<int, double>> row_;
 };

@@ -1,13 +1,14 @@
-# cmake -D BUILD_DIR=... -D CONSUMER_DIR=... -D GENERATOR=... -D CXX_COMPILER=... -D BUILD_TYPE=... -D CXX_FLAGS=...
+# cmake -D BUILD_DIR=... -D CONSUMER_DIR=... -D GENERATOR=... -D CXX_COMPILER=... -D CXX_FLAGS=...
 #       [-D PYTHON=... -D PYTHON_DIR=...] -P run-consumer.cmake
 # Installs ceilmap below its build folder, then configures, builds and runs a project that uses the package.
 set(stage ${BUILD_DIR}/consumer-test)
+set(unoptimized -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS_DEBUG=-O0)  # it runs once
 file(REMOVE_RECURSE ${stage})
 
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${stage}/prefix
   OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${stage}/build -G ${GENERATOR}
-  -D CMAKE_PREFIX_PATH=${stage}/prefix -D CMAKE_CXX_COMPILER=${CXX_COMPILER} -D CMAKE_BUILD_TYPE=${BUILD_TYPE}
+  -D CMAKE_PREFIX_PATH=${stage}/prefix -D CMAKE_CXX_COMPILER=${CXX_COMPILER} ${unoptimized}
   -D CMAKE_CXX_FLAGS=${CXX_FLAGS}
   COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${stage}/build COMMAND_ERROR_IS_FATAL ANY)
@@ -24,7 +25,7 @@ endif()
 # The sample program: maps with three cameras, then finds the robot on that map.
 set(samples ${CONSUMER_DIR}/../../../samples)
 execute_process(COMMAND ${CMAKE_COMMAND} -S ${samples}/embed -B ${stage}/embed -G ${GENERATOR}
-  -D CMAKE_PREFIX_PATH=${stage}/prefix -D CMAKE_CXX_COMPILER=${CXX_COMPILER} -D CMAKE_BUILD_TYPE=${BUILD_TYPE}
+  -D CMAKE_PREFIX_PATH=${stage}/prefix -D CMAKE_CXX_COMPILER=${CXX_COMPILER} ${unoptimized}
   -D CMAKE_CXX_FLAGS=${CXX_FLAGS}
   COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${stage}/embed COMMAND_ERROR_IS_FATAL ANY)
