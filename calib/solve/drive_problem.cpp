@@ -1,8 +1,7 @@
 #include "calib/solve/drive_problem.hpp"
 
-#include <ceres/rotation.h>
-
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -17,61 +16,6 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-template <typename T>
-using Vector2 = Eigen::Matrix<T, 2, 1>;
-
-template <typename T>
-Vector2<T> TurnedBy(const T& angle, const Vector2<T>& v) {
-  using std::cos;
-  using std::sin;
-  return {cos(angle) * v.x() - sin(angle) * v.y(), sin(angle) * v.x() + cos(angle) * v.y()};
-}
-
-// The direction (x/z, y/z) of the point from the camera at the time of the image's middle row.
-template <typename T>
-Vector2<T> OnCeilingOf(const T* errors, const T& rho, const LevelRay& sight) {
-  const Eigen::Map<const Eigen::Matrix<T, 3, 1>> lens(errors + kCameraFocal);
-  const Vector2<T> slope = sight.slope.cast<T>() + sight.by_lens.cast<T>() * lens;
-  const T turn[3] = {errors[kCameraTiltX], errors[kCameraTiltY], T(0)};
-  const T ray[3] = {slope.x(), slope.y(), T(1)};
-  T level[3];
-  ceres::AngleAxisRotatePoint(turn, ray, level);
-  const Vector2<T> seen(level[0] / level[2], level[1] / level[2]);
-  const T time = errors[kCameraReadout] * sight.row;
-  return TurnedBy<T>(sight.velocity.yaw_rad_s * time, seen) +
-         sight.velocity.linear.cast<T>() * (rho * time);
-}
-
-template <typename T>
-Vector2<T> ErrorOf(
-    const T* errors, const T* first, const T* second, const T& rho, const DrivePoint& point) {
-  const Vector2<T> seen_first = OnCeilingOf(errors, rho, point.at_first);
-  const Vector2<T> seen_second = OnCeilingOf(errors, rho, point.at_second);
-  const Vector2<T> moved(rho * (second[0] - first[0]), rho * (second[1] - first[1]));
-  // A longer focal length makes the ceiling smaller, but not the errors in the image.
-  return (TurnedBy<T>(-first[2], moved) + TurnedBy<T>(second[2] - first[2], seen_second) -
-          seen_first) /
-         (1.0 - errors[kCameraFocal]);
-}
-
-struct PointResidual {
-  const DrivePoint* point;
-  Matrix2d weight;
-
-  template <typename T>
-  bool operator()(const T* errors, const T* first, const T* second, T* residual) const {
-    const T in_plane(1);
-    return (*this)(errors, first, second, &in_plane, residual);
-  }
-  template <typename T>
-  bool operator()(
-      const T* errors, const T* first, const T* second, const T* rho, T* residual) const {
-    Eigen::Map<Vector2<T>> out(residual);
-    out = weight.cast<T>() * ErrorOf(errors, first, second, *rho, *point);
-    return true;
-  }
-};
 
 struct HeightPrior {
   double rho = 1;
@@ -173,8 +117,9 @@ Matrix2d WeightOf(const DrivePoint& point,
   const auto& first = parameters.cameras[static_cast<std::size_t>(point.first)];
   const auto& second = parameters.cameras[static_cast<std::size_t>(point.second)];
   const double size = 1 / (1 - parameters.errors[kCameraFocal]);  // as that of the errors
-  const Vector2d travel = size * kDepthSigmas * scales.depth_ratio *
-                          TurnedBy<double>(-first[2], {second[0] - first[0], second[1] - first[1]});
+  const Vector2d travel =
+      size * kDepthSigmas * scales.depth_ratio *
+      (Eigen::Rotation2Dd(-first[2]) * Vector2d(second[0] - first[0], second[1] - first[1]));
   const Matrix2d information = measured.transpose() * measured;
   // Sherman and Morrison: (C + t t')^-1.
   const Vector2d pulled = information * travel;
@@ -220,11 +165,12 @@ Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point) 
 }
 
 Vector2d DriveErrorAt(double rho, const DriveParameters& parameters, const DrivePoint& point) {
-  return ErrorOf(parameters.errors.data(),
-                 parameters.cameras[static_cast<std::size_t>(point.first)].data(),
-                 parameters.cameras[static_cast<std::size_t>(point.second)].data(),
-                 rho,
-                 point);
+  return ErrorOf(point,
+                 {parameters.errors.data(),
+                  parameters.cameras[static_cast<std::size_t>(point.first)].data(),
+                  parameters.cameras[static_cast<std::size_t>(point.second)].data(),
+                  rho},
+                 nullptr);
 }
 
 DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
@@ -235,15 +181,12 @@ DriveProblem::DriveProblem(const std::vector<DrivePoint>& points,
                            const std::vector<KnownHeight>& known_heights,
                            DriveParameters& parameters) {
   for (const DrivePoint& point : points) {
-    auto* const residual = new PointResidual{&point, WeightOf(point, parameters, focal_px, scales)};
-    ceres::CostFunction* cost = nullptr;
+    ceres::CostFunction* const cost =
+        NewPointCost(point, WeightOf(point, parameters, focal_px, scales));
     std::vector<double*> of{parameters.errors.data(),
                             parameters.cameras[static_cast<std::size_t>(point.first)].data(),
                             parameters.cameras[static_cast<std::size_t>(point.second)].data()};
-    if (point.height < 0) {
-      cost = new ceres::AutoDiffCostFunction<PointResidual, 2, kCameraErrors, 3, 3>(residual);
-    } else {
-      cost = new ceres::AutoDiffCostFunction<PointResidual, 2, kCameraErrors, 3, 3, 1>(residual);
+    if (point.height >= 0) {
       of.push_back(&parameters.heights[static_cast<std::size_t>(point.height)]);
     }
     const auto id = problem.AddResidualBlock(cost, new ceres::CauchyLoss(kCauchy), of);

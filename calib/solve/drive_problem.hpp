@@ -7,28 +7,11 @@
 #include <vector>
 
 #include "calib/rig.hpp"
+#include "calib/solve/drive_residual.hpp"
 #include "calib/solve/drive_solver.hpp"
 #include "calib/solve/pair_problem.hpp"
 
 namespace ceilmap::calibration {
-
-/// One sight of a point, prepared. Internal to the drive solver.
-struct LevelRay {
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< (x/z, y/z) in the levelled axes
-  /// Change of the slope by kCameraFocal, kCameraRadial3, kCameraRadial5.
-  Eigen::Matrix<double, 2, 3> by_lens = Eigen::Matrix<double, 2, 3>::Zero();
-  double row = 0;  ///< of the raw image that showed it: -0.5 .. 0.5
-  ViewVelocity velocity;
-};
-
-struct DrivePoint {
-  int first = 0;
-  int second = 0;
-  LevelRay at_first;
-  LevelRay at_second;
-  Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
-  int height = -1;  ///< index of DriveParameters::heights; -1: in the plane
-};
 
 /// A point with an unknown height.
 struct KnownHeight {
@@ -64,9 +47,7 @@ struct DriveScales {
   double depth_ratio = 0;
 };
 
-/// Difference between the point of the first image and that of the second, in the axes of the first
-/// levelled camera, in units of Z times 1 / (1 - kCameraFocal): in
-/// pixels when multiplied by the focal length of the rig.
+/// The point's error (ErrorOf) at the parameters.
 Eigen::Vector2d DriveError(const DriveParameters& parameters, const DrivePoint& point);
 /// The same for a point at another height, of which the error is a linear function.
 Eigen::Vector2d DriveErrorAt(double rho,
