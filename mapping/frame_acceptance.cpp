@@ -1,5 +1,6 @@
 #include "mapping/frame_acceptance.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "mapping/planar_motion.hpp"
@@ -28,6 +29,7 @@ constexpr double kMinDistortedInliers = 0.53;
 constexpr double kInliersPerNat = 0.33;
 // Nothing is left of the sensor's noise, and of most texture.
 constexpr double kTotalLoss = 0.68;
+constexpr int kLaggingImages = 3;
 // Limits relative to the medians of so many matches of such images.
 constexpr std::size_t kRememberedEncoded = 40;
 constexpr double kMinRelativeInliers = 0.65;
@@ -82,10 +84,13 @@ bool FrameAcceptance::RestsOnCopies(const RegisteredFrame& frame, const FrameBef
 /// image before, too little displaced, so that the robot seems to slow down. Where all is lost,
 /// they may be displaced in any way; such a match is worse than the others of the recording, whose
 /// ceiling may have weak texture.
-bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame) {
+bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame, const FrameBefore& before) {
   doubtful_ = false;
   const double loss = frame.spectrum.CodingLoss();
-  if (loss < kDistortingLoss) return false;
+  if (loss < kDistortingLoss) {
+    lagging_ = 0;
+    return false;
+  }
   const MatchQuality quality = Quality(frame.reference, frame.spectrum, frame.registration);
   const double excess = quality.dissimilarity - kMaxDistorted;
   const bool poor =
@@ -97,17 +102,20 @@ bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame) {
               (quality.inlier_ratio < kMinRelativeInliers * typical.inlier_ratio ||
                quality.dissimilarity > kMaxRelativeDissimilarity * typical.dissimilarity);
   }
-  doubtful_ = poor && !follows;
-  if (!follows) {
-    encoded_.push_back(quality);
-    if (encoded_.size() > kRememberedEncoded) encoded_.pop_front();
-  }
-  return follows;
+  if (follows) return true;
+  // What a codec left behind, it leaves behind in the next images too, until one jumps to where the
+  // robot is; without an image before, neither is known.
+  const bool uneven = before.spectrum == nullptr || prediction_.IsUneven(frame.T_map_base);
+  lagging_ = uneven ? kLaggingImages : std::max(0, lagging_ - 1);
+  doubtful_ = poor;
+  encoded_.push_back(quality);
+  if (encoded_.size() > kRememberedEncoded) encoded_.pop_front();
+  return false;
 }
 
 std::optional<int> FrameAcceptance::StepsTo(const RegisteredFrame& frame,
                                             const FrameBefore& before) {
-  if (RestsOnCopies(frame, before) || FollowsCodec(frame)) return std::nullopt;
+  if (RestsOnCopies(frame, before) || FollowsCodec(frame, before)) return std::nullopt;
   const auto one_if = [](bool accepted) { return accepted ? std::optional(1) : std::nullopt; };
   const bool unique = !frame.registration.disambiguated_by_prior;
   if (prediction_.CeilingHidden()) return one_if(LooksRight(frame));

@@ -49,6 +49,9 @@ class FrameAcceptance {
   /// Whether that frame was accepted only because it continues the motion: a codec left little of
   /// its image.
   [[nodiscard]] bool IsDoubtful() const { return doubtful_; }
+  /// Whether that frame may show a turn of before: a codec left little of its image, and the motion
+  /// was not even.
+  [[nodiscard]] bool MayLag() const { return lagging_ > 0; }
 
  private:
   MatchQuality Quality(const RecentKeyframe& reference,
@@ -56,12 +59,13 @@ class FrameAcceptance {
                        const registration::Registration& registration);
   bool LooksRight(const RegisteredFrame& frame);
   bool RestsOnCopies(const RegisteredFrame& frame, const FrameBefore& before);
-  bool FollowsCodec(const RegisteredFrame& frame);
+  bool FollowsCodec(const RegisteredFrame& frame, const FrameBefore& before);
 
   const calib::CeilingView& view_;
   FramePrediction& prediction_;
   registration::Registrar& registrar_;
   bool doubtful_ = false;
+  int lagging_ = 0;                   // so many images more may show less of a turn than there was
   MatchGate standard_;                // learned from the edges of keyframes
   std::deque<MatchQuality> encoded_;  // strongly encoded frames that passed FollowsCodec
 };

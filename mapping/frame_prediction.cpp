@@ -36,6 +36,11 @@ constexpr double kGapSteps = 3;
 // Largest number of steps to the next frame where frames are missing without a gap in the stamps.
 constexpr int kMaxSteps = 9;
 
+// Larger differences from the motion of the last step are no errors of measurement: of the image's
+// longer side, and of the turn.
+constexpr double kEvenRatio = 0.015;
+constexpr double kEvenRad = 0.03;
+
 /// The motion with another turn, on a circular arc of the same chord length: half of the difference
 /// of turn rotates the chord.
 Pose2 Turned(const Pose2& motion, double turn_rad) {
@@ -168,23 +173,32 @@ bool FramePrediction::CanBeAt(const Pose2& T_map_base) {
   return can;
 }
 
-bool FramePrediction::FallsBehind(const Pose2& T_map_base) const {
-  constexpr double kEvenRatio = 0.015;  // of the longer side of the image
-  constexpr double kEvenRad = 0.03;
-  if (recent_.size() < 2) return false;
+/// How far the pose is behind the motion of the last step, along that motion.
+std::optional<FramePrediction::Off> FramePrediction::Lag(const Pose2& T_map_base) const {
+  if (recent_.size() < 2) return std::nullopt;
   const PlacedFrame& from = recent_[recent_.size() - 2];
   const PlacedFrame& to = recent_.back();
   const double step_s = to.stamp_s - from.stamp_s;
-  if (step_s <= 0) return false;
+  if (step_s <= 0) return std::nullopt;
   const Pose2 even =
       Interpolate(from.T_map_base.Inverse() * to.T_map_base, (stamp_s_ - to.stamp_s) / step_s);
   const Pose2 moved = to.T_map_base.Inverse() * T_map_base;
   const double length = even.Translation().norm();
   const double way = length > 0 ? moved.Translation().dot(even.Translation()) / length : 0;
-  const double side_px = std::max(view_.Size().width, view_.Size().height);
   const double turned = even.yaw > 0 ? moved.yaw : -moved.yaw;
-  return length - way > kEvenRatio * side_px * view_.MetresPerPixel() ||
-         std::abs(even.yaw) - turned > kEvenRad;
+  return Off{(length - way) / view_.MetresPerPixel(), std::abs(even.yaw) - turned};
+}
+
+bool FramePrediction::FallsBehind(const Pose2& T_map_base) const {
+  const std::optional<Off> lag = Lag(T_map_base);
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  return lag && (lag->px > kEvenRatio * side_px || lag->rad > kEvenRad);
+}
+
+bool FramePrediction::IsUneven(const Pose2& T_map_base) const {
+  const std::optional<Off> lag = Lag(T_map_base);
+  const double side_px = std::max(view_.Size().width, view_.Size().height);
+  return !lag || std::abs(lag->px) > kEvenRatio * side_px || std::abs(lag->rad) > kEvenRad;
 }
 
 std::optional<int> FramePrediction::StepsTo(const Pose2& T_map_base) const {

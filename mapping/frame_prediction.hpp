@@ -49,6 +49,9 @@ class FramePrediction {
   [[nodiscard]] bool CanBeAt(const Pose2& T_map_base);
   /// Whether the robot would have moved, or turned, less than in the step before.
   [[nodiscard]] bool FallsBehind(const Pose2& T_map_base) const;
+  /// Whether the robot would have moved, or turned, less or more than in the step before; also
+  /// where there was none.
+  [[nodiscard]] bool IsUneven(const Pose2& T_map_base) const;
   /// How many times the last step the robot has moved since the last placed frame, where CanBeAt is
   /// false because frames are missing that no stamp tells of: a recorder that drops frames and
   /// numbers the others. Nothing where the pose is neither on the way that the robot was driving
@@ -104,6 +107,7 @@ class FramePrediction {
   [[nodiscard]] double Sigma() const;
   [[nodiscard]] std::optional<int> StepsAhead(const Pose2& T_map_base) const;
   [[nodiscard]] double ElapsedSeconds() const;
+  [[nodiscard]] std::optional<Off> Lag(const Pose2& T_map_base) const;
   [[nodiscard]] std::optional<Off> OffEvenMotion(const Pose2& T_map_base, double stamp_s) const;
   [[nodiscard]] Off OffFrom(const Pose2& expected, const Pose2& T_map_base) const;
 

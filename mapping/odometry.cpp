@@ -159,6 +159,8 @@ void Odometry::Impl::InflateByAcceptance(const graph::FramePose& pose, graph::Ed
   constexpr double kDoubtfulRad = 0.015;
   if (acceptance.IsDoubtful()) {
     InflateCovariance(kDoubtfulPx * view.MetresPerPixel(), kDoubtfulRad, edge);
+  } else if (acceptance.MayLag()) {
+    InflateCovariance(0, kDoubtfulRad, edge);
   }
 }
 

@@ -1,0 +1,63 @@
+#include "mapping/frame_prediction.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/mapping/synthetic_drive.hpp"
+
+namespace ceilmap::mapping {
+namespace {
+
+/// A robot that drives and turns evenly: the same step from frame to frame.
+class EvenMotionTest : public testing::Test {
+ protected:
+  EvenMotionTest() : step_{20 * view_.MetresPerPixel(), 0, 0.05} {
+    for (int i = 0; i < 4; ++i) {
+      prediction_.Begin(0.1 * i, {});
+      if (i > 0) pose_ = pose_ * step_;
+      prediction_.Placed(pose_);
+    }
+    prediction_.Begin(0.4, {});
+  }
+
+  [[nodiscard]] Pose2 After(double way, double turn) const {
+    return pose_ * Pose2{way * step_.x, way * step_.y, turn * step_.yaw};
+  }
+
+  calib::CeilingView view_ = synthetic::SmallView();
+  OdometryParams params_;
+  FramePrediction prediction_{view_, {}, params_};
+  Pose2 step_;
+  Pose2 pose_;
+};
+
+TEST_F(EvenMotionTest, GoesOnEvenly) {
+  EXPECT_FALSE(prediction_.IsUneven(After(1, 1)));
+  EXPECT_FALSE(prediction_.FallsBehind(After(1, 1)));
+}
+
+TEST_F(EvenMotionTest, ATurnThatEndsFallsBehind) {
+  EXPECT_TRUE(prediction_.IsUneven(After(1, 0)));
+  EXPECT_TRUE(prediction_.FallsBehind(After(1, 0)));
+}
+
+TEST_F(EvenMotionTest, AWayThatEndsFallsBehind) {
+  EXPECT_TRUE(prediction_.IsUneven(After(0, 1)));
+  EXPECT_TRUE(prediction_.FallsBehind(After(0, 1)));
+}
+
+TEST_F(EvenMotionTest, ALargerStepIsUnevenButNotBehind) {
+  EXPECT_TRUE(prediction_.IsUneven(After(1, 2)));
+  EXPECT_FALSE(prediction_.FallsBehind(After(1, 2)));
+  EXPECT_TRUE(prediction_.IsUneven(After(2, 1)));
+  EXPECT_FALSE(prediction_.FallsBehind(After(2, 1)));
+}
+
+TEST_F(EvenMotionTest, WithoutAStepBeforeNothingIsEven) {
+  FramePrediction first(view_, {}, params_);
+  first.Begin(0, {});
+  EXPECT_TRUE(first.IsUneven({}));
+  EXPECT_FALSE(first.FallsBehind({}));
+}
+
+}  // namespace
+}  // namespace ceilmap::mapping
