@@ -1,48 +1,15 @@
 #include "calib/solve/drive_residual.hpp"
 
 #include <Eigen/Geometry>
-#include <cmath>
+
+#include "calib/solve/levelling.hpp"
 
 namespace ceilmap::calibration {
 namespace {
 
 using Eigen::Matrix2d;
-using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-Matrix3d CrossMatrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-/// Derivative of Rotation2Dd(angle) * v by the angle is the turned vector, a quarter turn further.
-Vector2d QuarterTurn(const Vector2d& v) {
-  return {-v.y(), v.x()};
-}
-
-/// Levelling of the camera's axes by the rotation vector (x, y, 0).
-struct Levelling {
-  Matrix3d R = Matrix3d::Identity();
-  Eigen::Matrix<double, 3, 2> left_jacobian = Eigen::Matrix<double, 3, 2>::Identity();
-
-  Levelling(double x, double y) {
-    const Vector3d turn(x, y, 0);
-    const double angle = turn.norm();
-    const Matrix3d cross = CrossMatrix(turn);
-    constexpr double kSmall = 1e-8;
-    if (angle < kSmall) {
-      R += cross;
-      left_jacobian += 0.5 * cross.leftCols<2>();
-      return;
-    }
-    const double sine = std::sin(angle) / angle;
-    const double versine = (1 - std::cos(angle)) / (angle * angle);
-    R += sine * cross + versine * cross * cross;
-    left_jacobian += (versine * cross + (1 - sine) / (angle * angle) * cross * cross).leftCols<2>();
-  }
-};
 
 struct SeenPoint {
   Vector2d place;
@@ -54,20 +21,16 @@ struct SeenPoint {
 SeenPoint OnCeiling(const LevelRay& sight, const DriveState& state, const Levelling& levelling) {
   const Eigen::Map<const Vector3d> lens(state.errors + kCameraFocal);
   const Vector2d slope = sight.slope + sight.by_lens * lens;
-  const Vector3d level = levelling.R * slope.homogeneous();
-  const Vector2d level_slope = level.hnormalized();
   const double time = state.errors[kCameraReadout] * sight.row;
-  const Matrix2d turn = Eigen::Rotation2Dd(sight.velocity.yaw_rad_s * time).toRotationMatrix();
-  const Vector2d turned = turn * level_slope;
-  Eigen::Matrix<double, 2, 3> by_level;
-  by_level << turn, -turned;
-  by_level /= level.z();
+  const LevelPoint point(
+      levelling, slope, Eigen::Rotation2Dd(sight.velocity.yaw_rad_s * time).toRotationMatrix());
   SeenPoint seen;
-  seen.place = turned + sight.velocity.linear * (state.rho * time);
-  seen.by_errors.leftCols<2>() = -by_level * CrossMatrix(level) * levelling.left_jacobian;
-  seen.by_errors.middleCols<3>(kCameraFocal) = by_level * levelling.R.leftCols<2>() * sight.by_lens;
-  seen.by_errors.col(kCameraReadout) = sight.row * (sight.velocity.yaw_rad_s * QuarterTurn(turned) +
-                                                    state.rho * sight.velocity.linear);
+  seen.place = point.place + sight.velocity.linear * (state.rho * time);
+  seen.by_errors.leftCols<2>() = point.by_tilt;
+  seen.by_errors.middleCols<3>(kCameraFocal) = point.by_ray * sight.by_lens;
+  seen.by_errors.col(kCameraReadout) =
+      sight.row *
+      (sight.velocity.yaw_rad_s * QuarterTurn(point.place) + state.rho * sight.velocity.linear);
   seen.by_rho = time * sight.velocity.linear;
   return seen;
 }

@@ -1,5 +1,7 @@
 #include "calib/solve/rig_problem.hpp"
 
+#include "calib/solve/rig_residual.hpp"
+
 namespace ceilmap::calibration {
 namespace {
 
@@ -13,89 +15,16 @@ Vector2<T> Turned(const T& angle, const Vector2<T>& v) {
   return {cos(angle) * v.x() - sin(angle) * v.y(), sin(angle) * v.x() + cos(angle) * v.y()};
 }
 
-// Intersection of a ray of the tilted camera with the ceiling, from the camera, in units of Z.
-template <typename T>
-Vector2<T> OnCeiling(const T* tilt, const Eigen::Vector2d& ray) {
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  // Rodrigues' formula with an axis in the plane of x and y; smooth at no tilt.
-  const T angle2 = tilt[0] * tilt[0] + tilt[1] * tilt[1];
-  const bool small = angle2 < T(1e-12);
-  const T angle = small ? T(0) : sqrt(angle2);
-  const T a = small ? T(1) - angle2 / 6.0 : sin(angle) / angle;
-  const T b = small ? T(0.5) - angle2 / 24.0 : (T(1) - cos(angle)) / angle2;
-  const T x(ray.x());
-  const T y(ray.y());
-  const T along = tilt[0] * x + tilt[1] * y;
-  const T c = T(1) - b * angle2;  // cos
-  const T px = c * x + a * tilt[1] + b * along * tilt[0];
-  const T py = c * y - a * tilt[0] + b * along * tilt[1];
-  const T pz = c + a * (tilt[0] * y - tilt[1] * x);
-  return {px / pz, py / pz};
-}
-
-// Where a view's ray meets the ceiling, from the camera at the time of the view. The row that shows
-// it is exposed while the camera has moved on.
-template <typename T>
-Vector2<T> OnCeilingAt(const T* tilt,
-                       const T& readout_s,
-                       const Eigen::Vector2d& ray,
-                       double row,
-                       const ViewVelocity& velocity) {
-  const T time_s = row * readout_s;
-  const T turn = time_s * velocity.yaw_rad_s;
-  const Vector2<T> moved = time_s * velocity.linear.cast<T>();
-  return Turned<T>(0.5 * turn, moved) + Turned<T>(turn, OnCeiling(tilt, ray));
-}
-
-// Difference between the point of the first image and that of the second, transformed to the first.
-struct PlaceDifference {
-  const PointCorrespondence* place;
-  ViewVelocity first_velocity;
-  ViewVelocity second_velocity;
-
-  template <typename T>
-  Vector2<T> operator()(
-      const T* tilt, const T* centre, const T* readout, const T* first, const T* second) const {
-    const Vector2<T> c(centre[0], centre[1]);
-    const Vector2<T> seen_first =
-        c + OnCeilingAt(tilt, readout[0], place->first, place->first_row, first_velocity);
-    const Vector2<T> seen_second =
-        c + OnCeilingAt(tilt, readout[0], place->second, place->second_row, second_velocity);
-    const Vector2<T> moved(second[0] - first[0], second[1] - first[1]);
-    return Turned<T>(-first[2], moved) + Turned<T>(second[2] - first[2], seen_second) - seen_first;
-  }
-};
-
 ViewVelocity VelocityOf(const Recording& recording, int view) {
   if (recording.velocities.empty()) return {};
   return recording.velocities[static_cast<std::size_t>(view)];
 }
 
-PlaceDifference DifferenceOf(const Recording& recording,
-                             const ViewPair& pair,
-                             const PointCorrespondence& place) {
+PlaceSights SightsOf(const Recording& recording,
+                     const ViewPair& pair,
+                     const PointCorrespondence& place) {
   return {&place, VelocityOf(recording, pair.first), VelocityOf(recording, pair.second)};
 }
-
-struct PlaceResidual {
-  PlaceDifference difference;
-  double scale;  // focal length / standard deviation
-
-  template <typename T>
-  bool operator()(const T* tilt,
-                  const T* centre,
-                  const T* readout,
-                  const T* first,
-                  const T* second,
-                  T* residual) const {
-    Eigen::Map<Vector2<T>> out(residual);
-    out = (scale * difference.place->whitening).cast<T>() *
-          difference(tilt, centre, readout, first, second);
-    return true;
-  }
-};
 
 struct WanderResidual {
   double sigma;
@@ -139,12 +68,13 @@ Eigen::Vector2d PlaceError(const RigParameters& parameters,
                            const ViewPair& pair,
                            const PointCorrespondence& place,
                            double focal_px) {
+  const PlaceState state{parameters.tilt.data(),
+                         parameters.centre.data(),
+                         parameters.readout[0],
+                         poses[static_cast<std::size_t>(pair.first)].data(),
+                         poses[static_cast<std::size_t>(pair.second)].data()};
   return focal_px * place.whitening *
-         DifferenceOf(recording, pair, place)(parameters.tilt.data(),
-                                              parameters.centre.data(),
-                                              parameters.readout.data(),
-                                              poses[static_cast<std::size_t>(pair.first)].data(),
-                                              poses[static_cast<std::size_t>(pair.second)].data());
+         PlaceDifference(SightsOf(recording, pair, place), state, nullptr);
 }
 
 double SlipOf(const RigParameters& parameters, std::size_t view) {
@@ -183,8 +113,7 @@ void RigProblem::AddPlaces(const Recording& recording,
   for (const ViewPair& pair : recording.pairs) {
     for (const PointCorrespondence& place : pair.places) {
       const auto id = problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<PlaceResidual, 2, 2, 2, 1, 3, 3>(
-              new PlaceResidual{DifferenceOf(recording, pair, place), focal_px / sigma_px}),
+          NewPlaceCost(SightsOf(recording, pair, place), focal_px / sigma_px * place.whitening),
           new ceres::CauchyLoss(kCauchy),
           parameters_.tilt.data(),
           parameters_.centre.data(),
