@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "calib/solve/levelling.hpp"
+#include "calib/solve/pair_problem.hpp"
 
 namespace ceilmap::calibration {
 namespace {
@@ -53,20 +54,10 @@ class PointCost final : public ceres::CostFunction {
     Eigen::Map<Vector2d> residual(residuals);
     residual = weight_ * ErrorOf(*point_, state, jacobians == nullptr ? nullptr : &derivatives);
     if (jacobians == nullptr) return true;
-    using ByPose = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
-    using ByErrors = Eigen::Matrix<double, 2, kCameraErrors, Eigen::RowMajor>;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<ByErrors>(jacobians[0]).noalias() = weight_ * derivatives.by_errors;
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<ByPose>(jacobians[1]).noalias() = weight_ * derivatives.by_first;
-    }
-    if (jacobians[2] != nullptr) {
-      Eigen::Map<ByPose>(jacobians[2]).noalias() = weight_ * derivatives.by_second;
-    }
-    if (has_height && jacobians[3] != nullptr) {
-      Eigen::Map<Vector2d>(jacobians[3]).noalias() = weight_ * derivatives.by_rho;
-    }
+    WriteJacobian(weight_, derivatives.by_errors, jacobians[0]);
+    WriteJacobian(weight_, derivatives.by_first, jacobians[1]);
+    WriteJacobian(weight_, derivatives.by_second, jacobians[2]);
+    if (has_height) WriteJacobian(weight_, derivatives.by_rho, jacobians[3]);
     return true;
   }
 

@@ -25,9 +25,11 @@ struct Levelling {
   Eigen::Matrix<double, 3, 2> left_jacobian;  ///< d(R p) = -[R p]x left_jacobian d(x, y)
 };
 
-/// Where a ray meets the ceiling, in units of Z, turned in the plane.
+/// Where a ray of the camera meets the ceiling, from the camera, in units of Z: the distance of the
+/// ceiling.
 struct LevelPoint {
-  /// @param ray  (x/z, y/z). @param R_to_level  rotation in the plane that follows.
+  /// @param ray  (x/z, y/z) in the camera's axes. z of the levelled ray must be positive.
+  /// @param R_to_level  rotation in the plane from the levelled axes to those of the result.
   LevelPoint(const Levelling& levelling,
              const Eigen::Vector2d& ray,
              const Eigen::Matrix2d& R_to_level);

@@ -54,6 +54,17 @@ BlockTerm TermOf(const BlockOwner& owner,
                  std::size_t row,
                  const ceres::Problem& problem);
 
+/// Writes weight * derivative as a block of a cost function's Jacobian. A block that Ceres holds
+/// constant is null.
+template <int kCols>
+void WriteJacobian(const Eigen::Matrix2d& weight,
+                   const Eigen::Matrix<double, 2, kCols>& derivative,
+                   double* jacobian) {
+  if (jacobian == nullptr) return;
+  constexpr int kOrder = kCols == 1 ? Eigen::ColMajor : Eigen::RowMajor;
+  Eigen::Map<Eigen::Matrix<double, 2, kCols, kOrder>>(jacobian).noalias() = weight * derivative;
+}
+
 /// Calls use(column, value) for each value of a row of the Jacobian.
 template <typename Use>
 void ForRow(const ceres::CRSMatrix& m, std::size_t row, const Use& use) {

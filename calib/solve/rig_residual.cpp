@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "calib/solve/levelling.hpp"
+#include "calib/solve/pair_problem.hpp"
 
 namespace ceilmap::calibration {
 namespace {
@@ -47,24 +48,15 @@ class PlaceCost final : public ceres::SizedCostFunction<2, 2, 2, 1, 3, 3> {
     residual =
         weight_ * PlaceDifference(sights_, state, jacobians == nullptr ? nullptr : &derivatives);
     if (jacobians == nullptr) return true;
-    Write(derivatives.by_tilt, jacobians[0]);
-    Write(derivatives.by_centre, jacobians[1]);
-    if (jacobians[2] != nullptr) {
-      Eigen::Map<Vector2d>(jacobians[2]).noalias() = weight_ * derivatives.by_readout;
-    }
-    Write(derivatives.by_first, jacobians[3]);
-    Write(derivatives.by_second, jacobians[4]);
+    WriteJacobian(weight_, derivatives.by_tilt, jacobians[0]);
+    WriteJacobian(weight_, derivatives.by_centre, jacobians[1]);
+    WriteJacobian(weight_, derivatives.by_readout, jacobians[2]);
+    WriteJacobian(weight_, derivatives.by_first, jacobians[3]);
+    WriteJacobian(weight_, derivatives.by_second, jacobians[4]);
     return true;
   }
 
  private:
-  template <int kCols>
-  void Write(const Eigen::Matrix<double, 2, kCols>& derivative, double* jacobian) const {
-    if (jacobian == nullptr) return;
-    using ByRows = Eigen::Matrix<double, 2, kCols, Eigen::RowMajor>;
-    Eigen::Map<ByRows>(jacobian).noalias() = weight_ * derivative;
-  }
-
   PlaceSights sights_;
   Matrix2d weight_;
 };

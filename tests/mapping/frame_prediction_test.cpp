@@ -35,21 +35,18 @@ TEST_F(EvenMotionTest, GoesOnEvenly) {
   EXPECT_FALSE(prediction_.FallsBehind(After(1, 1)));
 }
 
-TEST_F(EvenMotionTest, ATurnThatEndsFallsBehind) {
-  EXPECT_TRUE(prediction_.IsUneven(After(1, 0)));
-  EXPECT_TRUE(prediction_.FallsBehind(After(1, 0)));
-}
-
-TEST_F(EvenMotionTest, AWayThatEndsFallsBehind) {
-  EXPECT_TRUE(prediction_.IsUneven(After(0, 1)));
-  EXPECT_TRUE(prediction_.FallsBehind(After(0, 1)));
+TEST_F(EvenMotionTest, WayOrTurnThatEndsFallsBehind) {
+  for (const Pose2& pose : {After(1, 0), After(0, 1)}) {
+    EXPECT_TRUE(prediction_.IsUneven(pose)) << pose.x << ", " << pose.yaw;
+    EXPECT_TRUE(prediction_.FallsBehind(pose)) << pose.x << ", " << pose.yaw;
+  }
 }
 
 TEST_F(EvenMotionTest, ALargerStepIsUnevenButNotBehind) {
-  EXPECT_TRUE(prediction_.IsUneven(After(1, 2)));
-  EXPECT_FALSE(prediction_.FallsBehind(After(1, 2)));
-  EXPECT_TRUE(prediction_.IsUneven(After(2, 1)));
-  EXPECT_FALSE(prediction_.FallsBehind(After(2, 1)));
+  for (const Pose2& pose : {After(1, 2), After(2, 1)}) {
+    EXPECT_TRUE(prediction_.IsUneven(pose)) << pose.x << ", " << pose.yaw;
+    EXPECT_FALSE(prediction_.FallsBehind(pose)) << pose.x << ", " << pose.yaw;
+  }
 }
 
 TEST_F(EvenMotionTest, WithoutAStepBeforeNothingIsEven) {
