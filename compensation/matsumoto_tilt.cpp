@@ -93,8 +93,7 @@ MatsumotoTilt::Impl::Seen MatsumotoTilt::Impl::Observe(const TiltFrame& frame, I
   }
   {
     const StageTimer timer(report.ceiling_ms);
-    images.up = up.Analyze(up_view.Rectify(frame.up, rectified, frame.velocity),
-                           {.predicted = frame.predicted});
+    images.up = up.Analyze(up_view.Rectify(frame.up, rectified, frame.velocity), frame.encoding);
     seen.T_level_frame = up.Measure(images.up);
   }
   if (ahead.valid()) ahead.get();

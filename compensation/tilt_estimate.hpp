@@ -17,7 +17,7 @@ struct TiltFrame {
   double stamp_s = 0;
   /// Of the robot, for an upward camera with a rolling shutter (CeilingView::Rectify).
   Twist2 velocity = {};
-  bool predicted = false;  ///< of the upward image: registration::Encoding::predicted
+  registration::Encoding encoding = {};  ///< of the upward image
 };
 
 /// The measurement on which a frame's tilt is based.

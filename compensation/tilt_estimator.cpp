@@ -160,8 +160,8 @@ std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame
   constexpr double kExactPx = 0.3;
   Twist2 assumed = velocity.At(frame.stamp_s).value_or(frame.velocity);
   for (int again = 0;; ++again) {
-    moment.ceiling = ceiling.Analyze(
-        view.Rectify(frame.up, rectified, assumed), frame.stamp_s, {.predicted = frame.predicted});
+    moment.ceiling =
+        ceiling.Analyze(view.Rectify(frame.up, rectified, assumed), frame.stamp_s, frame.encoding);
     std::optional<CeilingMotion> seen = ceiling.Measure(moment.ceiling);
     if (!view.HasRollingShutter() || !seen) return seen;
     const std::optional<StampedTwist2> mean = MeanVelocity(moment);

@@ -352,9 +352,7 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   me.report.rectify_ms += MillisecondsSince(start);
   start = Clock::now();
   const FrameSpectrum& analyzed = frame.rectified.spectrum;
-  me.matcher.Analyze(level,
-                     analyzed.empty() ? registration::Encoding{frame.predicted, std::nullopt}
-                                      : analyzed.GetEncoding());
+  me.matcher.Analyze(level, analyzed.empty() ? frame.encoding : analyzed.GetEncoding());
   const FrameSpectrum& spectrum = level.image.spectrum;
   me.report.analyze_ms += MillisecondsSince(start);
   GlobalSearch::Known known;

@@ -70,7 +70,8 @@ struct CeilingFrame {
   Twist2 velocity = {};
   /// Motion since the frame before, by the robot's wheels; nothing: it is not known.
   std::optional<wheels::RelativeMotion> wheels = {};
-  bool predicted = false;  ///< registration::Encoding::predicted
+  /// Of the image, where it is not analysed already.
+  registration::Encoding encoding = {};
 };
 
 /// Pose of the robot, or the reason why it is unknown. Status kPredicted: the pose by the wheels

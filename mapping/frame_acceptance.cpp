@@ -19,11 +19,9 @@ constexpr double kStillRad = 0.003;
 // Largest dissimilarity of two encoded images of a robot that stands, nats. Measured with x264 at
 // CRF 18 to 40: 0.4 to 1.0; where the codec repeated texture while the robot moved: 1.2 to 2.9.
 constexpr double kMaxStillDissimilarity = 1.15;
-// With a larger FrameSpectrum::CodingLoss an image consists mainly of parts of the image before. Of
-// 1,800 matches of such images (x265 at CRF 40 and 45) 11 % were wrong, four out of five of them
-// more dissimilar than kMaxDistorted, nats, and with fewer inliers than kMinDistortedInliers, a
-// ratio that increases with the dissimilarity by kInliersPerNat.
-constexpr double kDistortingLoss = 0.35;
+// Of 1,800 matches of distorted images (x265 at CRF 40 and 45) 11 % were wrong, four out of five of
+// them more dissimilar than kMaxDistorted, nats, and with fewer inliers than kMinDistortedInliers,
+// a ratio that increases with the dissimilarity by kInliersPerNat.
 constexpr double kMaxDistorted = 2.4;
 constexpr double kMinDistortedInliers = 0.53;
 constexpr double kInliersPerNat = 0.33;
@@ -61,12 +59,18 @@ bool FrameAcceptance::LooksRight(const RegisteredFrame& frame) {
 
 /// Whether the image fits only because a codec repeated weak texture at the same pixels while the
 /// robot moved on. If the robot really stands, all of an encoded image stays the same, and it has
-/// braked before.
+/// braked before. After a loss of which it is not known how far the robot drove, a distorted image
+/// that shows the same as a keyframe, pixel by pixel, is that of before.
 bool FrameAcceptance::RestsOnCopies(const RegisteredFrame& frame, const FrameBefore& before) {
   if (!frame.spectrum.IsEncoded()) return false;
   const auto motion_since = [&](const Pose2& T_map_before) {
     return ImageMotionOf(view_, T_map_before.Inverse() * frame.T_map_base);
   };
+  const Pose2& T_map_reference = frame.reference.keyframe.pose.T_map_base;
+  const bool continues = before.spectrum != nullptr;
+  if (!continues && frame.spectrum.IsDistorted() && IsStill(motion_since(T_map_reference))) {
+    return true;
+  }
   const auto copies = [&](const FrameSpectrum& image, const Pose2& T_map_before) {
     const ImageMotion motion = motion_since(T_map_before);
     return IsStill(motion) &&
@@ -76,7 +80,7 @@ bool FrameAcceptance::RestsOnCopies(const RegisteredFrame& frame, const FrameBef
       prediction_.MustHaveMoved()) {
     return true;
   }
-  return copies(frame.reference.spectrum, frame.reference.keyframe.pose.T_map_base) ||
+  return copies(frame.reference.spectrum, T_map_reference) ||
          (before.spectrum != nullptr && copies(*before.spectrum, before.T_map_base));
 }
 
@@ -86,8 +90,7 @@ bool FrameAcceptance::RestsOnCopies(const RegisteredFrame& frame, const FrameBef
 /// ceiling may have weak texture.
 bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame, const FrameBefore& before) {
   doubtful_ = false;
-  const double loss = frame.spectrum.CodingLoss();
-  if (loss < kDistortingLoss) {
+  if (!frame.spectrum.IsDistorted()) {
     lagging_ = 0;
     return false;
   }
@@ -98,7 +101,7 @@ bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame, const FrameBefo
   bool follows = poor;
   if (poor && !prediction_.FallsBehind(frame.T_map_base)) {
     const MatchQuality typical = Median({encoded_.begin(), encoded_.end()});
-    follows = loss > kTotalLoss &&
+    follows = frame.spectrum.CodingLoss() > kTotalLoss &&
               (quality.inlier_ratio < kMinRelativeInliers * typical.inlier_ratio ||
                quality.dissimilarity > kMaxRelativeDissimilarity * typical.dissimilarity);
   }
@@ -115,6 +118,8 @@ bool FrameAcceptance::FollowsCodec(const RegisteredFrame& frame, const FrameBefo
 
 std::optional<int> FrameAcceptance::StepsTo(const RegisteredFrame& frame,
                                             const FrameBefore& before) {
+  const bool continues = before.spectrum != nullptr;
+  if (!continues && frame.spectrum.IsStarved()) return std::nullopt;
   if (RestsOnCopies(frame, before) || FollowsCodec(frame, before)) return std::nullopt;
   const auto one_if = [](bool accepted) { return accepted ? std::optional(1) : std::nullopt; };
   const bool unique = !frame.registration.disambiguated_by_prior;

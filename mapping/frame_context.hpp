@@ -5,6 +5,7 @@
 #include "calib/base/heading.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/wheels/relative_motion.hpp"
+#include "mapping/registration/encoding.hpp"
 
 namespace ceilmap::mapping {
 
@@ -16,6 +17,8 @@ struct FrameContext {
   std::optional<HeadingPrior> heading = std::nullopt;
   /// Share of the image that repeats the one before (RepetitionMeter), 0..1.
   double repeated = 0;
+  /// Of the image, where it is not analysed already.
+  registration::Encoding encoding = {};
   /// Motion of the robot since the frame before, by its wheels.
   std::optional<wheels::RelativeMotion> wheels = std::nullopt;
 };

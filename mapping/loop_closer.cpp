@@ -79,7 +79,8 @@ struct LoopCloser::Impl {
   graph::ImageLoader load;
   LoopCloserParams params;
   Registrar registrar;
-  double span;  // map units across the image's longer side
+  std::unordered_set<std::int64_t> starved;  // keyframes without closures (IsStarved)
+  double span;                               // map units across the image's longer side
   graph::KeyframeGraph graph;
   KeyframeHeadings headings;
   LruCache<FrameSpectrum> spectra;
@@ -267,6 +268,10 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
   if (keyframe.heights) me.heights[keyframe.id] = keyframe.heights;
+  if (spectrum.IsStarved()) {
+    me.starved.insert(keyframe.id);
+    return;
+  }
   if (!descriptors.empty()) me.candidates.Add(keyframe.id, descriptors);
 }
 
@@ -300,6 +305,7 @@ void LoopCloser::Close(std::int64_t id) {
   const LoopCloserParams& params = me.params;
   me.counts.unconfirmed += me.judge.Forget(id);
   const std::int64_t accepted_before = me.counts.accepted;
+  if (me.starved.contains(id)) return;
   int compared = 0;
   const Eigen::Matrix3d& covariance = me.covariance[static_cast<std::size_t>(id)];
   for (const std::int64_t candidate :
@@ -309,6 +315,7 @@ void LoopCloser::Close(std::int64_t id) {
                           params.comparisons_per_keyframe)) {
     if (compared >= params.comparisons_per_keyframe) break;
     if (me.counts.accepted - accepted_before >= params.closures_per_keyframe) break;
+    if (me.starved.contains(candidate)) continue;
     // Predicted anew each time: a closure just found makes those to its neighbours unnecessary.
     const std::vector<std::int64_t> target = {id};
     const auto relative = me.graph.RelativeTo(candidate, target);

@@ -66,12 +66,15 @@ struct Odometry::Impl {
   std::optional<LastFrame> last;
   std::optional<Pose2> last_placed;  // kept during a loss
   FrameSpectrum unplaced;            // the frame before, which was not placed; empty: it was
+  bool after_copy = false;           // the frame before repeated the one before it
   int consecutive_lost = 0;
   int steps = 1;                 // FramePrediction::StepsTo of the current frame
   double best_inlier_ratio = 0;  // of the frames that the reference placed
 
   [[nodiscard]] FrameBefore Before() const {
-    return {last_placed, last ? &last->spectrum : nullptr, last ? last->pose.T_map_base : Pose2{}};
+    const bool known = last && !after_copy;
+    return {
+        last_placed, known ? &last->spectrum : nullptr, known ? last->pose.T_map_base : Pose2{}};
   }
   void Place(const RecentKeyframe& reference,
              const graph::Edge& edge,
@@ -351,13 +354,16 @@ OdometryStep Odometry::Process(const cv::Mat& image,
   step.pose.heading = context.heading;
   if (context.repeated > kMaxRepeated) {
     me.prediction.Skip(context.wheels);
+    me.after_copy = true;
     step.pose.status = graph::TrackingStatus::kAmbiguous;
     return step;
   }
   const FrameSpectrum spectrum =
-      analyzed.empty() ? me.registrar.Analyze(
-                             image, context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image))
-                       : analyzed;
+      analyzed.empty()
+          ? me.registrar.Analyze(image,
+                                 context.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image),
+                                 context.encoding)
+          : analyzed;
   step.coding_loss = spectrum.CodingLoss();
   me.prediction.Begin(stamp_s, context.heading, context.wheels);
   graph::Edge edge;
@@ -380,11 +386,13 @@ OdometryStep Odometry::Process(const cv::Mat& image,
                            ? graph::TrackingStatus::kAmbiguous
                            : graph::TrackingStatus::kLost;
     me.last.reset();
+    me.after_copy = false;
     me.unplaced = spectrum;
     me.prediction.Lost();
     return step;
   }
   step.tie = edge;
+  me.after_copy = false;
   me.Remember(step, spectrum, image, edge);
   return step;
 }

@@ -164,7 +164,7 @@ void LocateFrames(recordings::FrameSource& source,
   };
   for (recordings::Frame frame; source.Read(frame); frame = {}) {
     sensors.ReadTo(frame.stamp_s, localizer);
-    const robot::Image up{frame.image, frame.stamp_s, frame.index, source.IsPredicted()};
+    const robot::Image up{frame.image, frame.stamp_s, frame.index, frame.encoding};
     if (source.IsLive()) {
       report(localizer.AddCeiling(up));
       result.latency.Add(1e3 * (source.Now() - frame.arrival_s));

@@ -156,7 +156,7 @@ void MapFrames(recordings::FrameSource& source,
   };
   for (recordings::Frame frame; source.Read(frame); frame = {}) {
     sensors.ReadTo(frame.stamp_s, mapper);
-    const robot::Image up{frame.image, frame.stamp_s, frame.index, source.IsPredicted()};
+    const robot::Image up{frame.image, frame.stamp_s, frame.index, frame.encoding};
     if (source.IsLive()) {
       report(mapper.AddCeiling(up));
       result.latency.Add(1e3 * (source.Now() - frame.arrival_s));

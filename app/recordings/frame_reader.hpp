@@ -9,6 +9,7 @@
 
 #include "app/recordings/bag_source.hpp"
 #include "app/recordings/images.hpp"
+#include "mapping/registration/encoding.hpp"
 
 namespace ceilmap::recordings {
 
@@ -47,8 +48,8 @@ class FrameReader {
   [[nodiscard]] virtual bool CountsExactly() const { return false; }
   /// Frame period by the source's metadata, if it has one.
   [[nodiscard]] virtual std::optional<double> FramePeriod() const { return std::nullopt; }
-  /// True for H.264, VP8, VP9 and AV1 (robot::Image::predicted).
-  [[nodiscard]] virtual bool IsPredicted() const { return false; }
+  /// Of the image that Next returned last.
+  [[nodiscard]] virtual registration::Encoding GetEncoding() const { return {}; }
   /// True when Next may block for an unlimited time (cameras, streams, pipes).
   [[nodiscard]] virtual bool CanStall() const { return false; }
   /// Number of frames so far that Next skipped because they are damaged. They lie between the

@@ -59,7 +59,6 @@ struct FrameSource::State {
   std::optional<std::int64_t> expected;
   std::size_t read_ahead = 0;
   double clock_offset_s = terminal::ClockSeconds() - terminal::SteadySeconds();
-  bool predicted = false;
 
   // Used by the thread only.
   std::int64_t next_index = 0;
@@ -113,6 +112,7 @@ bool FrameSource::State::Decode(Frame& frame, std::optional<double>& time_s) {
   }
   SkipLeftOut();
   frame.index = next_index++;
+  frame.encoding = reader->GetEncoding();
   const std::lock_guard lock(mutex);
   ++report.decoded;
   report.decode_ms += terminal::MillisecondsSince(start);
@@ -273,7 +273,6 @@ FrameSource::FrameSource(std::unique_ptr<FrameReader> reader,
   if (const std::string part = state.reader->Part(); !part.empty()) state.name += ":" + part;
   state.warnings = state.reader->Remarks();
   state.read_ahead = static_cast<std::size_t>(std::max(options.read_ahead, 1));
-  state.predicted = state.reader->IsPredicted();
   state.report.live = state.reader->GetKind() == FrameReader::Kind::kLive;
   if (!state.report.live) state.expected = state.reader->ExpectedFrames();
   if (auto warning = state.stamps->Begin(*state.reader, state.expected)) {
@@ -355,9 +354,6 @@ StampOrigin FrameSource::Stamps() const {
   const std::lock_guard lock(state_->mutex);
   const StampOrigin origin = state_->stamps->Origin();
   return origin == StampOrigin::kClock && state_->live_times ? StampOrigin::kStream : origin;
-}
-bool FrameSource::IsPredicted() const {
-  return state_->predicted;
 }
 bool FrameSource::IsLive() const {
   return state_->live.has_value();

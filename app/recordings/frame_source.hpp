@@ -81,8 +81,6 @@ class FrameSource {
   /// Unset for live sources and pipes.
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const;
   [[nodiscard]] StampOrigin Stamps() const;
-  /// True for H.264, VP8, VP9 and AV1 (robot::Image::predicted).
-  [[nodiscard]] bool IsPredicted() const;
   /// True for cameras and streams: their frames have an arrival.
   [[nodiscard]] bool IsLive() const;
   /// The clock of a live source's frames: seconds since 1970 as this machine's clock was at the

@@ -48,7 +48,9 @@ class StreamReader final : public FrameReader {
   [[nodiscard]] Kind GetKind() const override { return Kind::kLive; }
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override { return {}; }
   [[nodiscard]] std::optional<double> FramePeriod() const override { return period_s_; }
-  [[nodiscard]] bool IsPredicted() const override { return predicted_; }
+  [[nodiscard]] registration::Encoding GetEncoding() const override {
+    return reader_ ? reader_->GetEncoding() : registration::Encoding();
+  }
   [[nodiscard]] bool CanStall() const override { return true; }
   [[nodiscard]] std::int64_t LeftOut() const override;
   [[nodiscard]] std::vector<std::string> Remarks() const override { return remarks_; }
@@ -67,7 +69,6 @@ class StreamReader final : public FrameReader {
   Opener open_;
   StreamReaderParams params_;
   std::optional<double> period_s_;
-  bool predicted_ = false;
   std::vector<std::string> remarks_;
   bool on_steady_clock_;
   std::int64_t left_out_ = 0;  // by earlier readers

@@ -17,6 +17,7 @@ extern "C" {
 #include <libavutil/log.h>
 }
 
+#include "app/recordings/bitrate.hpp"
 #include "app/recordings/video_geometry.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
@@ -62,6 +63,7 @@ struct VideoReader::Decoder {
   [[nodiscard]] cv::Size Size() const { return {codec_->width, codec_->height}; }
   [[nodiscard]] AVCodecID Codec() const { return codec_->codec_id; }
 
+  std::optional<PixelRate> rate;  // after Open
   std::int64_t left_out = 0;
   bool source_failed = false;  // it ended by an error
   std::optional<std::int64_t> expected;
@@ -161,6 +163,7 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
   }
   if (avcodec_open2(codec_.get(), decoder, nullptr) < 0) return false;
   Describe();
+  rate.emplace(period_s, Size());
   return true;
 }
 
@@ -208,6 +211,7 @@ void VideoReader::Decoder::Feed() {
   } while (packet_->stream_index != stream_->index);
   const bool wanted = (packet_->flags & AV_PKT_FLAG_DISCARD) == 0;
   if (wanted && packet_->pts != AV_NOPTS_VALUE) sent_.insert(packet_->pts);
+  if (wanted) rate->Add(packet_->size);
   // Streams have no positions: their images count in display order.
   const bool in_file = packet_->pos >= 0;
   latest_ = in_file ? packet_->pos : latest_ + 1;
@@ -345,12 +349,13 @@ bool VideoReader::Skip() {
   return decoder_->Decode();
 }
 
-bool VideoReader::IsPredicted() const {
+registration::Encoding VideoReader::GetEncoding() const {
   // HEVC predicts too, but its images keep noise where they are coarse: it does not tell how
   // coarse.
   constexpr AVCodecID kCodecs[] = {
       AV_CODEC_ID_H264, AV_CODEC_ID_VP8, AV_CODEC_ID_VP9, AV_CODEC_ID_AV1};
-  return std::ranges::find(kCodecs, decoder_->Codec()) != std::end(kCodecs);
+  const bool predicted = std::ranges::find(kCodecs, decoder_->Codec()) != std::end(kCodecs);
+  return {.predicted = predicted, .pixel_rate_bit_s = decoder_->rate->BitsPerSecond()};
 }
 FrameReader::Kind VideoReader::GetKind() const {
   const bool live = input_ == Input::kStream && !decoder_->expected;

@@ -38,7 +38,7 @@ class VideoReader final : public FrameReader {
   [[nodiscard]] Kind GetKind() const override;
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override;
   [[nodiscard]] std::optional<double> FramePeriod() const override;
-  [[nodiscard]] bool IsPredicted() const override;
+  [[nodiscard]] registration::Encoding GetEncoding() const override;
   [[nodiscard]] bool CanStall() const override { return input_ != Input::kFile; }
   [[nodiscard]] std::int64_t LeftOut() const override;
   [[nodiscard]] bool Failed() const override;

@@ -89,7 +89,7 @@ Estimate CeilingLocalizer::Locate(const Frame& frame) {
                                impl_->repetition.Next(frame.as_taken),
                                frame.velocity,
                                frame.context.wheels,
-                               frame.up.predicted});
+                               frame.up.encoding});
   if (location.tilt_left) CorrectTilt(*location.tilt_left);
   if (location.velocity) Move(*location.velocity);
   Sensors::Locate(frame.up.stamp_s,

@@ -133,7 +133,7 @@ compensation::TiltEstimate Sensors::Impl::MeasureTilt(const Task& task) {
   frame.up = task.up.pixels;
   frame.stamp_s = task.up.stamp_s;
   frame.velocity = task.velocity;
-  frame.predicted = task.up.predicted;
+  frame.encoding = task.up.encoding;
   if (task.forward) frame.forward = task.forward->pixels;
   if (frame.forward.channels() == 3) {
     cv::cvtColor(frame.forward, forward_grey, cv::COLOR_BGR2GRAY);
@@ -146,6 +146,7 @@ Sensors::Frame Sensors::Impl::Measure(const Task& task) {
   if (task.residual && tilt) tilt->Correct(*task.residual);
   Frame frame{task.up, task.as_taken, task.velocity, {}, {}};
   frame.context.heading = task.heading;
+  frame.context.encoding = task.up.encoding;
   frame.context.wheels = task.wheels;
   std::future<std::optional<HeadingPrior>> heading;
   if (task.by_camera != nullptr) {

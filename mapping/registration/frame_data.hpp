@@ -60,6 +60,7 @@ struct FrameSpectrum::Coarse {
 /// computes them once, under the lock.
 struct FrameSpectrum::Data {
   ImageNoise noise;  ///< of the image at full resolution, without impulse noise (WithoutImpulses)
+  double pixel_rate_bit_s = 0;  ///< Encoding::pixel_rate_bit_s
   WorkingImage working;
   Level fine;   ///< the image, reduced if it is very large (FineStage)
   Level rough;  ///< half the resolution of `fine`

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mapping/heights/height_field.hpp"
+#include "mapping/registration/encoding.hpp"
 #include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/registration.hpp"
 
@@ -111,17 +112,6 @@ struct RegistrarParams {
 /// RegistrarParams for images of a view: mask and camera; the rest remains.
 void SetForView(const calib::CeilingView& view, RegistrarParams& params);
 
-/// How a camera's image was encoded before it was drawn for registration.
-struct Encoding {
-  /// By a codec that predicts parts of images from other images, and smooths what it cannot afford
-  /// (H.264, VP8, VP9, AV1): its errors move with the ceiling, and the noise that is left tells how
-  /// large they are. Not H.265, whose coarse images keep noise, not MJPEG, and not a raw image.
-  bool predicted = false;
-  /// FrameSpectrum::CodingLoss of the image from which this one was drawn anew, which smoothed its
-  /// noise; nothing: estimated in this one.
-  std::optional<double> loss = std::nullopt;
-};
-
 /// Everything that is computed once of an image and kept: its working copies and spectra. What only
 /// some registrations need is computed when the first one needs it. Cheap to copy and to share
 /// between threads and between registrars of one image size and mask; made by a Registrar.
@@ -135,6 +125,12 @@ class FrameSpectrum {
   /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1: the more, the
   /// larger the errors that remain in the image. 0 for an empty spectrum.
   [[nodiscard]] double CodingLoss() const;
+  /// The codec was so coarse that the image consists mainly of parts of the images before.
+  [[nodiscard]] bool IsDistorted() const;
+  /// ... and it spent next to nothing on the images of the last seconds: they show the ceiling as
+  /// it was before, although all blocks agree. Such an image may continue a motion, but finds no
+  /// place. Of images that were not analysed with an Encoding it is not known: false.
+  [[nodiscard]] bool IsStarved() const;
   /// With its CodingLoss, for an image that is drawn from this one.
   [[nodiscard]] Encoding GetEncoding() const;
   /// Heights of the ceiling in this image; nullptr: the ceiling is taken to be plane. A Registrar

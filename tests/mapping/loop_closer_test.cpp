@@ -22,15 +22,22 @@ using testing::ThrowsMessage;
 /// Feeds a drive to a loop closer, keyframe by keyframe as a mapper does.
 class Closed {
  public:
-  explicit Closed(const DriveUnder& drive, const LoopCloserParams& params = {})
+  /// @param encoding  of all images.
+  explicit Closed(const DriveUnder& drive,
+                  const LoopCloserParams& params = {},
+                  const registration::Encoding& encoding = {})
       : drive_(drive),
         closer(
             drive.view, [&](std::int64_t id) { return drive_.Image(id); }, params) {
+    registration::Registrar registrar(drive.view.Size());
     for (std::size_t i = 0; i < drive.graph.keyframes.size(); ++i) {
       const std::int64_t id = drive.graph.keyframes[i].id;
       const std::span<const graph::Edge> ties(drive.graph.edges.data() + (i > 0 ? i - 1 : 0),
                                               i > 0 ? 1 : 0);
-      closer.Add(drive.graph.keyframes[i], {}, ties, drive.Descriptors(id));
+      const registration::FrameSpectrum spectrum =
+          encoding.pixel_rate_bit_s > 0 ? registrar.Analyze(drive.Image(id), {}, encoding)
+                                        : registration::FrameSpectrum();
+      closer.Add(drive.graph.keyframes[i], spectrum, ties, drive.Descriptors(id));
       closer.Close(id);
     }
   }
@@ -72,6 +79,15 @@ TEST(LoopCloser, ClosesTheLoopWhereItIs) {
   EXPECT_EQ(counts.compared,
             counts.accepted + counts.no_match + counts.ambiguous + counts.off_prediction +
                 counts.unconfirmed);
+}
+
+TEST(LoopCloser, ImagesOnWhichACodecSpentNothingCloseNoLoop) {
+  const DriveUnder drive({}, Square(5, 1, 2));
+  constexpr double kCoarse = 0.6;
+  const Closed starved(drive, {}, {.pixel_rate_bit_s = 0.01, .loss = kCoarse});
+  EXPECT_TRUE(starved.Closures().empty());
+  const Closed fed(drive, {}, {.pixel_rate_bit_s = 0.5, .loss = kCoarse});
+  EXPECT_GE(fed.Closures().size(), 8U);
 }
 
 TEST(LoopCloser, LatestKeyframesFollowTheClosures) {

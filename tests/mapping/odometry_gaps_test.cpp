@@ -71,13 +71,20 @@ TEST(Odometry, ARepeatedImageGivesNoPose) {
 class EncodedDrive {
  public:
   /// @param shown_x_m  Where the image was taken. @return the frame's step.
-  OdometryStep Process(double shown_x_m) {
-    const cv::Mat image = ceiling_.Render({640, 480}, MotionAt(view_, {shown_x_m, 0, 0}));
-    const int index = index_++;
-    return odometry_.Process(image, index, 0.1 * index);
+  OdometryStep Process(double shown_x_m, double pixel_rate_bit_s = 0) {
+    return ProcessImage(ceiling_.Render({640, 480}, MotionAt(view_, {shown_x_m, 0, 0})),
+                        {.encoding = {.pixel_rate_bit_s = pixel_rate_bit_s}});
   }
+  OdometryStep SeeNothing() { return ProcessImage(cv::Mat::zeros(480, 640, CV_8UC1)); }
+  /// The image before once more, bit by bit.
+  OdometryStep SeeCopy() { return ProcessImage({}, {.repeated = 1}); }
 
  private:
+  OdometryStep ProcessImage(const cv::Mat& image, const FrameContext& context = {}) {
+    const int index = index_++;
+    return odometry_.Process(image, index, 0.1 * index, context);
+  }
+
   CeilingView view_ = MakeView();
   SyntheticCeiling ceiling_;
   Odometry odometry_{view_, {}};
@@ -95,6 +102,31 @@ TEST(Odometry, ACodecThatRepeatsAnImageDoesNotStopTheRobot) {
     ASSERT_TRUE(Placed(step)) << i;
     ExpectNear(step.pose.T_map_base, {x_m - 0.05, 0, 0}, "after the repeated image");
   }
+}
+
+TEST(Odometry, AnImageOnWhichTheCodecSpentNothingContinuesAMotionButFindsNoPlace) {
+  constexpr double kStarved = 0.01;
+  constexpr double kFed = 0.5;
+  EncodedDrive drive;
+  double x_m = 0;
+  for (int i = 0; i < 6; ++i) EXPECT_TRUE(Placed(drive.Process(x_m += 0.05, kStarved))) << i;
+  EXPECT_FALSE(Placed(drive.SeeNothing()));
+  EXPECT_FALSE(Placed(drive.Process(x_m += 0.1, kStarved)));
+  const OdometryStep found = drive.Process(x_m += 0.05, kFed);
+  ASSERT_TRUE(Placed(found));
+  ExpectNear(found.pose.T_map_base, {x_m - 0.05, 0, 0}, "with bits again");
+}
+
+TEST(Odometry, AfterCopiesTheSameImageIsNoEvidenceOfAStandingRobot) {
+  EncodedDrive drive;
+  double x_m = 0.3;
+  EXPECT_TRUE(Placed(drive.Process(x_m)));
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(Placed(drive.SeeCopy())) << i;
+  EXPECT_FALSE(Placed(drive.Process(x_m)));
+  x_m += 0.4;
+  const OdometryStep found = drive.Process(x_m);
+  ASSERT_TRUE(Placed(found));
+  ExpectNear(found.pose.T_map_base, {0.4, 0, 0}, "where the ceiling moves on");
 }
 
 TEST(Odometry, ARobotThatBrakesAndStandsKeepsItsPoseInEncodedImages) {

@@ -59,19 +59,49 @@ TEST(VideoReader, LeavesOutWhatIsDamagedAndKeepsTheNumbersOfTheRest) {
               ElementsAre(HasSubstr("frames are damaged, or depend on damaged ones")));
 }
 
+registration::Encoding EncodingOfFirst(const std::filesystem::path& source) {
+  Frame frame;
+  EXPECT_TRUE(FrameSource(source.string()).Read(frame)) << source;
+  return frame.encoding;
+}
+
 TEST(VideoReader, KnowsWhichCodecsPredictImages) {
   const support::TestFolder folder;
   const std::vector<cv::Mat> images(3, support::SyntheticCeiling({96, 64}));
   const auto predicted = [&](const char* file, const char* codec) {
     support::WriteEncoded(folder / file, {.codec = codec}, images);
-    return FrameSource((folder / file).string()).IsPredicted();
+    return EncodingOfFirst(folder / file).predicted;
   };
   EXPECT_TRUE(predicted("a.mp4", "libx264"));
   EXPECT_TRUE(predicted("a.webm", "libvpx-vp9"));
   EXPECT_FALSE(predicted("a.mkv", "ffv1"));
   EXPECT_FALSE(predicted("b.mkv", "libx265"));
   cv::imwrite(folder / "1.png", images[0]);
-  EXPECT_FALSE(FrameSource(folder.Path().string() + "/%d.png").IsPredicted());
+  const registration::Encoding picture = EncodingOfFirst(folder / "%d.png");
+  EXPECT_FALSE(picture.predicted);
+  EXPECT_EQ(picture.pixel_rate_bit_s, 0);
+}
+
+// Once the robot stands, images need next to nothing.
+TEST(VideoReader, TellsWhatAVideoSpendsOnItsImages) {
+  constexpr int kMoving = 40;
+  constexpr int kCount = 120;
+  constexpr double kRateHz = 10;  // of WriteEncoded
+  const cv::Size size(320, 240);
+  const support::TestFolder folder;
+  std::vector<cv::Mat> images =
+      support::CropAlong(support::SyntheticCeiling({1400, 400}), size, {5, 0}, kMoving);
+  images.resize(kCount, images.back());
+  support::WriteEncoded(folder / "v.mp4", {.codec = "libx264"}, images);
+  FrameSource source((folder / "v.mp4").string());
+  std::vector<double> rates;
+  for (Frame frame; source.Read(frame);) rates.push_back(frame.encoding.pixel_rate_bit_s);
+  ASSERT_EQ(rates.size(), images.size());
+  const double of_file = 8.0 * static_cast<double>(std::filesystem::file_size(folder / "v.mp4")) /
+                         (size.area() * kCount / kRateHz);
+  EXPECT_GT(rates[kMoving - 1], of_file);
+  EXPECT_LT(rates.back(), 0.1 * of_file);
+  EXPECT_GT(rates.back(), 0);
 }
 
 // Black and white of a video are 16 and 235.

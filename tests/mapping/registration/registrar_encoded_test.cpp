@@ -79,6 +79,23 @@ TEST_F(RegistrarEncodedTest, AnImageDrawnFromOneKeepsItsEncoding) {
   EXPECT_FALSE(FrameSpectrum().GetEncoding().predicted);
 }
 
+TEST_F(RegistrarEncodedTest, ACoarseImageOfFewBitsIsStarved) {
+  const auto is_starved = [&](const cv::Mat& image, double rate_bit_s) {
+    return registrar_.Analyze(image, {}, {.pixel_rate_bit_s = rate_bit_s}).IsStarved();
+  };
+  const cv::Mat coarse = Shot(1, {});
+  EXPECT_TRUE(registrar_.Analyze(coarse).IsDistorted());
+  EXPECT_TRUE(is_starved(coarse, 0.02));
+  EXPECT_FALSE(is_starved(coarse, 0.1));
+  EXPECT_FALSE(is_starved(coarse, 0)) << "unknown";
+  // The robot stands, and its image is sharp all the same.
+  const cv::Mat fine = SyntheticCeiling().Render(kSize, {}, 1.5);
+  EXPECT_FALSE(is_starved(fine, 0.02));
+  EXPECT_FALSE(FrameSpectrum().IsStarved());
+  const FrameSpectrum starved = registrar_.Analyze(coarse, {}, {.pixel_rate_bit_s = 0.02});
+  EXPECT_TRUE(registrar_.Analyze(fine, {}, starved.GetEncoding()).IsStarved()) << "drawn from it";
+}
+
 // The map's image has its noise, as of a camera that was not encoded.
 TEST_F(RegistrarEncodedTest, AgainstAMapTheCodecOfTheCurrentImageCounts) {
   RegistrarParams params;
