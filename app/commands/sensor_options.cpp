@@ -70,7 +70,8 @@ void SensorOptions::AddTo(CLI::App& cli,
       ->group(inputs);
   add("--heading", heading, "Measured headings: timestamp,heading_deg,sigma_deg", "H.csv")
       ->group(priors);
-  wheels.AddTo(cli, inputs, results, "Turn rates of a gyro, beside --odometry: timestamp,omega_z");
+  wheels.AddTo(
+      cli, inputs, results, "Turn rates of a gyro, alone or beside --odometry: timestamp,omega_z");
 }
 
 void SensorOptions::AddModelTo(CLI::App& cli, const std::string& priors) {
@@ -94,9 +95,6 @@ void SensorOptions::TakeBag(const recordings::BagOptions& bags, const std::strin
 }
 
 void SensorOptions::Check(bool have_rig) const {
-  if (!wheels.gyro.empty() && wheels.odometry.empty()) {
-    throw InputError("--gyro: gives the turn beside the travel of the wheels; give --odometry");
-  }
   if (!wheels.odometry.empty() && !have_rig) {
     throw InputError("--odometry: is in metres; give --rig, so that the map is in metres too");
   }

@@ -45,7 +45,8 @@ void WheelOptions::Reserve(const recordings::BagOptions& bags) const {
 void WheelOptions::CheckRigOut(bool have_rig) const {
   if (rig_out.empty()) return;
   if (!Given()) {
-    throw InputError("--rig-out: states what is found of wheels and gyro; give --odometry");
+    throw InputError(
+        "--rig-out: states what is found of wheels and gyro; give --odometry or --gyro");
   }
   if (!have_rig) throw InputError("--rig-out: completes the rig of the run; give --rig");
 }

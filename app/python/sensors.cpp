@@ -112,7 +112,7 @@ from the x axis of the map ('map').)")
           py::arg("turn_rate"),
           py::arg("stamp"),
           "Adds the turn rate by a gyro, counter-clockwise seen from above, rad/s. It replaces\n"
-          "the turn by the wheels, which are needed too.")
+          "the turn by the wheels. Without wheels its turns are headings.")
       .def(
           "sensed",
           [](SharedRobot& self) {

@@ -83,6 +83,9 @@ void AddHeadingWarnings(const SensorResult& result, std::vector<std::string>& wa
                                      result.inputs->HeadingFile().string(),
                                      report.missing,
                                      report.headings + report.missing));
+      return;
+    case HeadingSensor::kGyro:  // WheelWarnings
+      return;
   }
 }
 
@@ -125,6 +128,11 @@ nlohmann::ordered_json HeadingQuality(const HeadingReport& report) {
               {"largest_offset_s", report.largest_offset_s}};
     case HeadingSensor::kSamples:
       return {{"by", "file"}, {"headings", report.headings}, {"missing", report.missing}};
+    case HeadingSensor::kGyro:
+      return {{"by", "gyro"},
+              {"headings", report.headings},
+              {"missing", report.missing},
+              {"last_sigma_deg", kDegPerRad * report.last_sigma_rad}};
   }
   return nullptr;
 }
@@ -140,6 +148,8 @@ std::string HeadingNote(const SensorResult& result) {
     case HeadingSensor::kSamples:
       return fmt::format(
           "of {}; {} missing", result.inputs->HeadingFile().filename().string(), report.missing);
+    case HeadingSensor::kGyro:
+      return fmt::format("by the gyro; {} missing", report.missing);
   }
   return "";
 }
@@ -177,7 +187,7 @@ void Summarize(const SensorResult& result, terminal::Summary& summary) {
     if (TiltByForward(result)) stages_ms["tilt_forward"] = result.report.tilt->forward_ms;
     summary.quality["tilt"] = TiltQuality(result);
   }
-  if (result.report.wheels.samples > 0) {
+  if (result.report.wheels.samples > 0 || result.report.wheels.gyro) {
     summary.quality["wheels"] = WheelQuality(result.report.wheels);
   }
   if (const auto* const forward = result.inputs->Forward()) {

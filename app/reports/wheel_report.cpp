@@ -33,6 +33,9 @@ std::string CauseOf(const WheelsReport& wheels) {
     case WheelFault::kUnits:
       return fmt::format("the way is {:.3g} times as long: it must be in metres",
                          wheels.travel_ratio);
+    case WheelFault::kTurnUnits:
+      return fmt::format("its turns are {:.3g} times as large: they must be in the stated unit",
+                         1 / wheels.turn_ratio);
     case WheelFault::kNone:
     case WheelFault::kUnrelated:
       return "it may be of another robot, another recording, or another clock";

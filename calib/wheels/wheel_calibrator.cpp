@@ -187,7 +187,7 @@ std::optional<RelativeMotion> WheelCalibrator::Reported(double from_s,
   const std::optional<RelativeTurn> turn = wheels.TurnBetween(from_s, to_s, model_);
   if (!turn) return std::nullopt;
   RelativeMotion motion;
-  motion.T_before_now.yaw = WrapAngle(turn->turn_rad);
+  motion.T_before_now.yaw = turn->turn_rad;  // not wrapped: its size tells a wrong unit
   motion.noise(2, 2) = turn->noise_rad2;
   return motion;
 }
@@ -284,6 +284,8 @@ WheelFault WheelCalibrator::Fault() const {
     if (travel < kOpposite) return WheelFault::kOppositeTravel;
   }
   if (TurnRatio() < kOpposite) return WheelFault::kOppositeYaw;
+  constexpr double kTurnUnits = 0.05;
+  if (turns && TurnRatio() > 0 && TurnRatio() < kTurnUnits) return WheelFault::kTurnUnits;
   return WheelFault::kUnrelated;
 }
 

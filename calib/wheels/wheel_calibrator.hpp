@@ -18,6 +18,7 @@ enum class WheelFault {
   kOppositeYaw,     ///< the yaw has the opposite sign
   kOppositeTravel,  ///< the robot drives backwards by its wheels, or its base's x axis points back
   kUnits,           ///< the travel is many times too long or too short: not metres
+  kTurnUnits,       ///< the turn is many times too large: degrees instead of radians
   kUnrelated,       ///< another robot's, another recording's, or another clock
 };
 

@@ -15,6 +15,7 @@ enum class HeadingSensor {
   kMirror,   ///< visual compass on the camera under a convex mirror
   kColours,  ///< colours that the forward camera sees, against a learned model
   kSamples,  ///< headings of another program (AddHeading)
+  kGyro,     ///< turns by a gyro, of a robot without wheels
 };
 
 /// Counts of a source of headings.

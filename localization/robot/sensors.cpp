@@ -8,6 +8,7 @@
 #include "calib/base/velocity_predictor.hpp"
 #include "compensation/flicker_bands.hpp"
 #include "localization/robot/colour_heading.hpp"
+#include "localization/robot/gyro_heading.hpp"
 #include "localization/robot/omni_heading.hpp"
 #include "localization/robot/sample_heading.hpp"
 
@@ -70,6 +71,7 @@ struct Sensors::Impl {
   std::unique_ptr<HeadingSource> by_camera;
   bool by_colours = false;  // by_camera takes forward images, else mirror images
   std::unique_ptr<SampleHeading> samples;
+  GyroHeading by_gyro;
   cv::Mat forward_grey;
   wheels::DeadReckoning reckoning;
   wheels::WheelCalibrator calibrator;
@@ -84,9 +86,13 @@ struct Sensors::Impl {
   std::future<Frame> measuring;
 
   Task Prepare(const Image& up);
+  /// Whether the wheels, or a gyro without wheels, may be believed.
   [[nodiscard]] bool HasWheels() const;
-  std::optional<wheels::RelativeTurn> TurnTo(double stamp_s);
-  std::optional<wheels::RelativeMotion> MotionTo(double stamp_s);
+  [[nodiscard]] bool HasGyroAlone() const;
+  std::optional<wheels::RelativeTurn> TurnBetween(const std::optional<double>& before_s,
+                                                  double stamp_s) const;
+  std::optional<wheels::RelativeMotion> MotionBetween(const std::optional<double>& before_s,
+                                                      double stamp_s);
   Frame Measure(const Task& task);
   compensation::TiltEstimate MeasureTilt(const Task& task);
 };
@@ -99,9 +105,17 @@ Task Sensors::Impl::Prepare(const Image& up) {
   task.velocity = velocity.At(up.stamp_s).value_or(Twist2{});
   task.forward = forward.Nearest(up.stamp_s);
   task.omni = omni.Nearest(up.stamp_s);
-  if (samples) task.heading = samples->At(up.stamp_s, nullptr, std::nullopt);
-  task.wheels = MotionTo(up.stamp_s);
-  if (task.omni) task.omni_turn = TurnTo(task.omni->stamp_s);
+  const std::optional<double> before_s = std::exchange(last_up_s, up.stamp_s);
+  task.wheels = MotionBetween(before_s, up.stamp_s);
+  if (samples) {
+    task.heading = samples->At(up.stamp_s, nullptr, std::nullopt);
+  } else if (!by_camera && HasGyroAlone()) {
+    task.heading = by_gyro.At(up.stamp_s, nullptr, TurnBetween(before_s, up.stamp_s));
+  }
+  if (task.omni) {
+    const double omni_s = task.omni->stamp_s;
+    task.omni_turn = TurnBetween(std::exchange(last_omni_s, omni_s), omni_s);
+  }
   task.by_camera = by_camera.get();
   task.residual = std::exchange(residual, std::nullopt);
   task.located = std::exchange(located, std::nullopt);
@@ -112,16 +126,22 @@ bool Sensors::Impl::HasWheels() const {
   return reckoning.Samples() > 0 && calibrator.Fault() == wheels::WheelFault::kNone;
 }
 
-/// Turn since the mirror image before.
-std::optional<wheels::RelativeTurn> Sensors::Impl::TurnTo(double stamp_s) {
-  const std::optional<double> before_s = std::exchange(last_omni_s, stamp_s);
-  if (!HasWheels() || !before_s || !(stamp_s > *before_s)) return std::nullopt;
+bool Sensors::Impl::HasGyroAlone() const {
+  return reckoning.Samples() == 0 && reckoning.HasGyro() &&
+         calibrator.Fault() == wheels::WheelFault::kNone;
+}
+
+/// Turn since the image before.
+std::optional<wheels::RelativeTurn> Sensors::Impl::TurnBetween(
+    const std::optional<double>& before_s, double stamp_s) const {
+  if (!HasWheels() && !HasGyroAlone()) return std::nullopt;
+  if (!before_s || !(stamp_s > *before_s)) return std::nullopt;
   return reckoning.TurnBetween(*before_s, stamp_s);
 }
 
 /// Motion since the upward frame before.
-std::optional<wheels::RelativeMotion> Sensors::Impl::MotionTo(double stamp_s) {
-  const std::optional<double> before_s = std::exchange(last_up_s, stamp_s);
+std::optional<wheels::RelativeMotion> Sensors::Impl::MotionBetween(
+    const std::optional<double>& before_s, double stamp_s) {
   if (!HasWheels() || !before_s || !(stamp_s > *before_s)) return std::nullopt;
   std::optional<wheels::RelativeMotion> motion = reckoning.Between(*before_s, stamp_s);
   if (!motion) ++unreckoned;
@@ -221,7 +241,12 @@ SensorsReport Sensors::Sensed() const {
   report.omni = me.omni.Report();
   if (me.by_camera) report.heading = me.by_camera->Report();
   if (me.samples) report.heading = me.samples->Report();
-  report.wheels = {me.reckoning, me.calibrator, me.unreckoned};
+  std::int64_t unreckoned = me.unreckoned;
+  if (const HeadingReport gyro = me.by_gyro.Report(); gyro.headings > 0) {
+    report.heading = gyro;
+    unreckoned = gyro.missing;
+  }
+  report.wheels = {me.reckoning, me.calibrator, unreckoned};
   return report;
 }
 
@@ -255,10 +280,15 @@ void Sensors::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
 
 void Sensors::CalibrateWheels(double stamp_s, const std::optional<PoseWithCovariance>& pose) {
   Impl& me = *impl_;
-  if (me.reckoning.Samples() == 0 || me.calibrator.Fault() != wheels::WheelFault::kNone) return;
-  if (me.calibrator.Place(stamp_s, pose, me.reckoning)) {
-    me.reckoning.SetModel(me.calibrator.Model());
+  bool learned = false;
+  if (me.HasWheels()) {
+    learned = me.calibrator.Place(stamp_s, pose, me.reckoning);
+  } else if (me.HasGyroAlone()) {
+    std::optional<HeadingPrior> heading;
+    if (pose) heading = HeadingPrior{pose->pose.yaw, pose->covariance(2, 2)};
+    learned = me.calibrator.PlaceHeading(stamp_s, heading, me.reckoning);
   }
+  if (learned) me.reckoning.SetModel(me.calibrator.Model());
 }
 
 void Sensors::Move(const StampedTwist2& velocity) {

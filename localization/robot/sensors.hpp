@@ -46,7 +46,7 @@ struct SensorsReport {
 /// the first image later than the frame, so that the nearest one is known.
 ///
 /// Headings come from one of: a model of colours (SensorsParams::heading_model), mirror images
-/// (AddOmni), or samples (AddHeading).
+/// (AddOmni), samples (AddHeading), or a gyro (AddGyro without AddOdometry).
 class Sensors {
  public:
   /// @throws InputError on a stamp that is not later than that of the image before.
@@ -62,7 +62,8 @@ class Sensors {
   /// later than the image by 0.15 s. @throws InputError as wheels::DeadReckoning.
   void AddOdometry(const wheels::OdometrySample& sample);
   void AddOdometry(const wheels::WheelSpeedSample& sample);
-  /// A gyro gives the turn instead of the wheels. Needs odometry too.
+  /// A gyro gives the turn instead of the wheels. Without wheels its turns are headings, unless
+  /// headings come from another sensor: then they bridge what a compass does not see.
   void AddGyro(const wheels::GyroSample& sample);
 
   [[nodiscard]] SensorsReport Sensed() const;

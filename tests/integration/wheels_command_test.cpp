@@ -127,13 +127,33 @@ TEST_F(WheelsTest, DarknessIsMappedAndCrossed) {
   }
   EXPECT_GT(sigma_m, 0.02);
 
-  for (const char* argument : {"--gyro=run/gyro.csv", "--predicted", "--odometry=run/rig.yaml"}) {
+  for (const char* argument : {"--predicted", "--odometry=run/rig.yaml"}) {
     const support::ProcessResult bad =
         Run(With({"localize", "m.gpkg", "-o", "bad.tum"}, {argument}));
     EXPECT_EQ(bad.exit_code, 2) << argument;
     EXPECT_EQ(std::count(bad.err.begin(), bad.err.end(), '\n'), 1) << bad.err;
     EXPECT_FALSE(std::filesystem::exists(*folder_ / "bad.tum"));
   }
+}
+
+TEST_F(WheelsTest, AGyroAloneGivesHeadings) {
+  const support::ProcessResult mapped =
+      Run(With({"map", "-o", "g.gpkg", "--trajectory=g.tum"}, {"--gyro=run/gyro.csv"}));
+  ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
+  EXPECT_THAT(mapped.out, HasSubstr("by the gyro; "));
+  const nlohmann::json quality = Summary()["quality"];
+  const std::size_t frames = Truth().size();
+  EXPECT_EQ(quality["heading"]["by"], "gyro");
+  EXPECT_GE(quality["heading"]["headings"].get<std::size_t>(), frames - 1);
+  // The bias is seen where the ceiling is.
+  const nlohmann::json& bias = quality["wheels"]["gyro_bias_deg_s"];
+  EXPECT_LT(bias["sigma"], 0.3);
+  EXPECT_NEAR(bias["value"].get<double>(), 0.1, 3 * bias["sigma"].get<double>());
+
+  const support::ProcessResult located =
+      Run(With({"localize", "g.gpkg", "-o", "l.tum", "--start=0,0,0"}, {"--gyro=run/gyro.csv"}));
+  ASSERT_EQ(located.exit_code, 0) << located.err;
+  EXPECT_EQ(Summary()["quality"]["heading"]["by"], "gyro");
 }
 
 struct BadWheels {
@@ -154,7 +174,6 @@ TEST_F(WheelsTest, BadInputIsOneLineAndLeavesNothing) {
       {{"--odometry=short.csv"}, "short.csv:2: "},
       {{"--odometry=one.csv"}, "one.csv: holds fewer than two samples of odometry"},
       {{"--odometry=run/odometry.csv", "--gyro=gyro.csv"}, "gyro.csv:2: "},
-      {{"--gyro=run/gyro.csv"}, "--gyro: gives the turn beside the travel of the wheels; give "},
       {{"--predicted"}, "--predicted: poses are predicted by wheels; give --odometry"},
   };
   for (const BadWheels& input : inputs) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "calib/base/degrees.hpp"
+
 namespace ceilmap::compass {
 namespace {
 
@@ -117,6 +119,15 @@ TEST(WheelTurns, TheOppositeSignIsFoundAndNotUsed) {
     });
     EXPECT_EQ(turns.Report().fault, WheelFault::kOppositeYaw);
   }
+}
+
+TEST(WheelTurns, DegreesInsteadOfRadiansAreNamed) {
+  WheelTurns turns;
+  Drive drive;
+  drive.sign = kDegPerRad;
+  drive.gyro = true;
+  drive.Run(turns, [](double /*stamp_s*/, const PanoramaFrame& /*frame*/) {});
+  EXPECT_EQ(turns.Report().fault, WheelFault::kTurnUnits);
 }
 
 TEST(WheelTurns, AGapIsCounted) {

@@ -221,6 +221,46 @@ TEST(Sensors, AGyroGivesTheTurn) {
   EXPECT_TRUE(robot.sensors.Sensed().wheels.gyro);
 }
 
+TEST(Sensors, AGyroWithoutWheelsGivesHeadings) {
+  TestedSensors sensors(std::nullopt);
+  const cv::Mat image(240, 320, CV_8UC1, cv::Scalar(9));
+  const auto heading = [&](int index) {
+    return sensors.Measure(ImageOf(image, index)).context.heading;
+  };
+  for (int i = 0; i < 60; ++i) sensors.AddGyro({99.9 + 0.01 * i, -0.7});
+  double variance = 0;
+  for (int i = 0; i < 5; ++i) {
+    const auto now = heading(i);
+    ASSERT_TRUE(now) << i;
+    EXPECT_NEAR(now->heading_rad, -0.07 * i, 1e-6);
+    EXPECT_EQ(now->frame, HeadingFrame::kRelative);
+    EXPECT_GT(now->variance_rad2, variance);
+    variance = now->variance_rad2;
+  }
+  EXPECT_LT(variance, 1e-4);
+  EXPECT_FALSE(heading(20)) << "the gyro is silent";
+  sensors.AddGyro({102.2, 0});
+  sensors.AddGyro({102.4, 0});
+  EXPECT_FALSE(heading(23)) << "the frame before was in the gap";
+  const auto after = heading(24);
+  ASSERT_TRUE(after);
+  EXPECT_GT(after->variance_rad2, 9) << "any turn in the gap";
+  const SensorsReport report = sensors.Sensed();
+  ASSERT_TRUE(report.heading);
+  EXPECT_EQ(report.heading->sensor, HeadingSensor::kGyro);
+  EXPECT_EQ(report.heading->headings, 6);
+  EXPECT_EQ(report.wheels.missing, 2);
+}
+
+TEST(Sensors, OtherHeadingsReplaceThoseOfAGyro) {
+  TestedSensors sensors(std::nullopt);
+  for (int i = 0; i < 50; ++i) sensors.AddGyro({99.9 + 0.01 * i, -0.7});
+  for (int i = 0; i < 3; ++i) sensors.AddHeading({100 + 0.1 * i, 0.2, 0.01}, HeadingFrame::kMap);
+  const auto frame = sensors.Measure(ImageOf(cv::Mat(240, 320, CV_8UC1, cv::Scalar(9)), 1)).context;
+  ASSERT_TRUE(frame.heading);
+  EXPECT_NEAR(frame.heading->heading_rad, 0.2, 1e-9);
+}
+
 TEST(Sensors, FramesInAGapOfTheWheelsAreCounted) {
   WheeledRobot robot;
   (void)robot.Frame(0);
