@@ -143,12 +143,14 @@ std::optional<RelativeTurn> DeadReckoning::GyroTurn(double from_s,
 RelativeMotion DeadReckoning::Step(const Pose2& reported,
                                    double from_s,
                                    double to_s,
-                                   const WheelModel& model) const {
+                                   const WheelModel& model,
+                                   TurnBy turn_by) const {
   const Eigen::Vector2d ahead =
       model.scale.value * (Pose2{0, 0, -reported.yaw / 2}.Rotation() *
                            reported.Translation());  // in the axes at the step's middle
   const double gyro_s = model.gyro_late_s.value - model.late_s.value;
-  const std::optional<RelativeTurn> by_gyro = GyroTurn(from_s + gyro_s, to_s + gyro_s, model);
+  std::optional<RelativeTurn> by_gyro;
+  if (turn_by != TurnBy::kWheels) by_gyro = GyroTurn(from_s + gyro_s, to_s + gyro_s, model);
   const double turn = by_gyro ? by_gyro->turn_rad : model.turn_scale.value * reported.yaw;
   const Eigen::Matrix2d R = Pose2{0, 0, turn / 2}.Rotation();
   const Eigen::Vector2d step = R * ahead;
@@ -190,6 +192,13 @@ std::optional<RelativeMotion> DeadReckoning::Between(double from_s, double to_s)
 std::optional<RelativeMotion> DeadReckoning::AxleBetween(double from_s,
                                                          double to_s,
                                                          const WheelModel& model) const {
+  return AxleMotion(from_s, to_s, model, TurnBy::kGyroOrWheels);
+}
+
+std::optional<RelativeMotion> DeadReckoning::AxleMotion(double from_s,
+                                                        double to_s,
+                                                        const WheelModel& model,
+                                                        TurnBy turn_by) const {
   const double end_s = to_s + model.late_s.value;
   double at_s = from_s + model.late_s.value;
   auto next = FirstAfter(wheels_, at_s);
@@ -204,7 +213,8 @@ std::optional<RelativeMotion> DeadReckoning::AxleBetween(double from_s,
     if (gap_s > kMaxGapS || (held && end_s - after.stamp_s > kMaxHoldS)) return std::nullopt;
     const double until_s = held ? end_s : std::min(end_s, after.stamp_s);
     const Pose2 whole = before.T_odom_axle.Inverse() * after.T_odom_axle;
-    motion = motion * Step(Interpolate(whole, (until_s - at_s) / gap_s), at_s, until_s, model);
+    motion =
+        motion * Step(Interpolate(whole, (until_s - at_s) / gap_s), at_s, until_s, model, turn_by);
     at_s = until_s;
     if (!held) ++next;
   }
@@ -220,7 +230,13 @@ std::optional<RelativeTurn> DeadReckoning::TurnBetween(double from_s,
                                                        const WheelModel& model) const {
   const double late_s = model.gyro_late_s.value;
   if (const auto by_gyro = GyroTurn(from_s + late_s, to_s + late_s, model)) return by_gyro;
-  const std::optional<RelativeMotion> motion = AxleBetween(from_s, to_s, model);
+  return WheelTurnBetween(from_s, to_s, model);
+}
+
+std::optional<RelativeTurn> DeadReckoning::WheelTurnBetween(double from_s,
+                                                            double to_s,
+                                                            const WheelModel& model) const {
+  const std::optional<RelativeMotion> motion = AxleMotion(from_s, to_s, model, TurnBy::kWheels);
   if (!motion) return std::nullopt;
   return RelativeTurn{motion->T_before_now.yaw, motion->noise(2, 2), motion->common(2, 1), true};
 }

@@ -67,6 +67,11 @@ class DeadReckoning {
                                                         double to_s,
                                                         const WheelModel& model) const;
 
+  /// The turn by the wheels, although there may be a gyro.
+  [[nodiscard]] std::optional<RelativeTurn> WheelTurnBetween(double from_s,
+                                                             double to_s,
+                                                             const WheelModel& model) const;
+
   [[nodiscard]] bool HasGyro() const { return !gyro_.empty(); }
   [[nodiscard]] std::int64_t Samples() const { return samples_; }  ///< of the wheels
 
@@ -84,10 +89,16 @@ class DeadReckoning {
                                                      double to_s,
                                                      const WheelModel& model) const;
   [[nodiscard]] std::optional<double> GyroYaw(double stamp_s) const;
+  enum class TurnBy { kGyroOrWheels, kWheels };
   [[nodiscard]] RelativeMotion Step(const Pose2& reported,
                                     double from_s,
                                     double to_s,
-                                    const WheelModel& model) const;
+                                    const WheelModel& model,
+                                    TurnBy turn_by) const;
+  [[nodiscard]] std::optional<RelativeMotion> AxleMotion(double from_s,
+                                                         double to_s,
+                                                         const WheelModel& model,
+                                                         TurnBy turn_by) const;
 
   WheelModel model_;
   Pose2 T_base_axle_;

@@ -220,7 +220,31 @@ bool WheelCalibrator::Take(const Start& now,
   Matrix left = Matrix::Identity() - K * J;
   covariance_ = left * covariance_ * left.transpose() + K * noise * K.transpose();
   model_ = With(values);
+  if (seen == Seen::kPose && wheels.HasGyro()) {
+    // With the noise as it was stated: what is learned of it is that of the gyro.
+    WheelModel stated = model_;
+    stated.yaw_noise_per_sqrt_m = first_.yaw_noise_per_sqrt_m;
+    stated.yaw_noise_per_sqrt_rad = first_.yaw_noise_per_sqrt_rad;
+    const std::optional<RelativeTurn> turn = wheels.WheelTurnBetween(from_s, to_s, stated);
+    if (turn) LearnTurnScale(T_from_to.yaw, *turn, measured(2, 2));
+  }
   return true;
+}
+
+/// The wheels' turn beside a gyro, which leaves it out of the motion: their scale depends on no
+/// other constant then.
+/// @param seen_rad2  variance of the turn that is seen.
+void WheelCalibrator::LearnTurnScale(double seen_rad,
+                                     const RelativeTurn& by_wheels,
+                                     double seen_rad2) {
+  const double J = seen_rad / model_.turn_scale.value;
+  const double difference = WrapAngle(seen_rad - by_wheels.turn_rad);
+  const double noise = by_wheels.noise_rad2 + seen_rad2;
+  const double S = J * covariance_(1, 1) * J + noise;
+  if (difference * difference > kMaxSigmas * kMaxSigmas * S) return;
+  const double K = covariance_(1, 1) * J / S;
+  covariance_(1, 1) *= 1 - K * J;
+  model_.turn_scale = {model_.turn_scale.value + K * difference, std::sqrt(covariance_(1, 1))};
 }
 
 /// The noise that wheels and gyro really have, as a multiple of what was stated.

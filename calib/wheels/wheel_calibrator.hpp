@@ -95,6 +95,7 @@ class WheelCalibrator {
             const Eigen::Matrix3d& measured,
             const DeadReckoning& wheels,
             Seen seen);
+  void LearnTurnScale(double seen_rad, const RelativeTurn& by_wheels, double seen_rad2);
   void LearnNoise(const Eigen::VectorXd& difference, const Eigen::VectorXd& expected);
   void Count(const Pose2& seen, const Pose2& reported);
 
