@@ -21,7 +21,7 @@ namespace {
 constexpr double kSpacingRatio = 0.2;
 constexpr int kHeadingCount = 16;    // drawn at each place, [4, 360]
 constexpr double kMinContent = 0.3;  // patches with a smaller mapped fraction are not used, (0, 1]
-constexpr int kKeptPatches = 16;     // patches in memory, about 4 MB each for 640 x 480 px, >= 2
+constexpr int kKeptPatches = 6;      // in memory, about 4 MB each for 640 x 480 px, >= 2
 
 /// Point of the lattice.
 struct Node {

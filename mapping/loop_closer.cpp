@@ -29,7 +29,7 @@ constexpr double kConfirmPx = 12;
 // the best motion's agreement.
 constexpr double kMaxRivalRatio = 0.7;
 constexpr int kWindow = 30;  // number of latest keyframes that are moved when a closure is found
-constexpr int kCachedSpectra = 40;  // about 4 MB each for images of 640 x 480
+constexpr int kCachedSpectra = 12;  // about 4 MB each for images of 640 x 480
 
 }  // namespace
 

@@ -101,22 +101,24 @@ struct Mapper::Impl {
         writer(map_writer),
         metadata(map_metadata),
         params(ForView(p, ceiling_view)),
-        odometry(view, p.origin, params.odometry),
         missing(view),
-        closer(
-            view, [this](std::int64_t id) { return writer.ReadImage(id); }, params.loops),
         describer(view.Size(),
                   view.MetresPerPixel(),
                   places::PlaceDescriptorParams::ForCamera(view.Size(), view.MetresPerPixel()),
-                  view.Mask()) {}
+                  view.Mask()) {
+    odometry.emplace(view, p.origin, params.odometry);
+    closer.emplace(
+        view, [this](std::int64_t id) { return writer.ReadImage(id); }, params.loops);
+  }
 
   const calib::CeilingView& view;
   store::MapWriter& writer;
   store::MapMetadata metadata;
   MapperParams params;
-  Odometry odometry;
+  std::optional<Odometry>
+      odometry;  // until the end of the drive, with tens of megabytes of spectra
   MissingFrames missing;
-  LoopCloser closer;
+  std::optional<LoopCloser> closer;  // likewise
   places::PlaceDescriber describer;
   std::future<void> closing;  // the loop closer's work on the last keyframe
   cv::Mat rectified;
@@ -150,9 +152,9 @@ void Mapper::Impl::CloseLoops(NewKeyframe added) {
   const cv::Mat descriptors =
       describer.Describe(level ? image : cv::Mat(image.size(), CV_8UC1, cv::Scalar(0)));
   writer.AddDescriptors(added.keyframe.id, descriptors);
-  if (added.refined_heights) closer.SetHeights(added.refined_id, added.refined_heights);
-  closer.Add(added.keyframe, added.spectrum, added.edges, descriptors);
-  closer.Close(added.keyframe.id);
+  if (added.refined_heights) closer->SetHeights(added.refined_id, added.refined_heights);
+  closer->Add(added.keyframe, added.spectrum, added.edges, descriptors);
+  closer->Close(added.keyframe.id);
   constexpr std::int64_t kReturnEvery = 100;  // keyframes; it takes a few milliseconds
   if (added.keyframe.id % kReturnEvery == kReturnEvery - 1) ReturnFreeMemory();
 }
@@ -245,12 +247,12 @@ void Mapper::Impl::JoinSegments() {
   const DescriptorSource descriptors = [this](std::int64_t id) {
     return writer.ReadDescriptors(id);
   };
-  const JoinedParts joined = JoinAll(closer, parts, descriptors, JoinLight::kSame);
+  const JoinedParts joined = JoinAll(*closer, parts, descriptors, JoinLight::kSame);
   graph.quality.loops += joined.loops;
   std::unordered_set<std::int64_t> keep;
   for (const std::size_t part : joined.joined) keep.insert(parts[part].begin(), parts[part].end());
-  graph.edges = closer.Graph().Edges();
-  graph::MoveKeyframes(graph, closer.Graph().Poses());
+  graph.edges = closer->Graph().Edges();
+  graph::MoveKeyframes(graph, closer->Graph().Poses());
   for (const graph::Keyframe& keyframe : graph.keyframes) {
     if (!keep.contains(keyframe.id)) writer.RemoveImage(keyframe.id);
   }
@@ -322,7 +324,7 @@ graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
   OdometryStep step;
   {
     const StageTimer timer(me.report.register_ms);
-    step = me.odometry.Process(level.pixels, frame_index, stamp_s, context, level.spectrum);
+    step = me.odometry->Process(level.pixels, frame_index, stamp_s, context, level.spectrum);
   }
   me.KeepKeyframe(step);
   me.Count(step);
@@ -343,7 +345,7 @@ void Mapper::Close() {
         "no frame shows any texture that could be mapped: the ceiling is black, uniform or out of "
         "focus; check lens cap, light and exposure");
   }
-  OdometryStep last = me.odometry.Close();
+  OdometryStep last = me.odometry->Close();
   me.KeepKeyframe(last);
   me.NoteLoss();
   me.WaitForLoops();
@@ -354,10 +356,13 @@ void Mapper::Close() {
     me.report.median_peak = *middle;
   }
   const StageTimer timer(me.report.optimize_ms);
-  me.graph.edges = me.closer.Graph().Edges();
-  graph::MoveKeyframes(me.graph, me.closer.Graph().Poses());
+  me.graph.edges = me.closer->Graph().Edges();
+  graph::MoveKeyframes(me.graph, me.closer->Graph().Poses());
   me.JoinSegments();
-  me.graph.quality.loops += me.closer.Counts();
+  me.graph.quality.loops += me.closer->Counts();
+  me.odometry.reset();
+  me.closer.reset();
+  ReturnFreeMemory();
   graph::Optimize(me.graph, me.params.pose_graph);
   me.Rescale();
   const cv::Size size = me.view.Size();
