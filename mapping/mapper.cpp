@@ -115,10 +115,10 @@ struct Mapper::Impl {
   store::MapWriter& writer;
   store::MapMetadata metadata;
   MapperParams params;
-  std::optional<Odometry>
-      odometry;  // until the end of the drive, with tens of megabytes of spectra
   MissingFrames missing;
-  std::optional<LoopCloser> closer;  // likewise
+  // Until the end of the drive: they hold tens of megabytes of spectra.
+  std::optional<Odometry> odometry;
+  std::optional<LoopCloser> closer;
   places::PlaceDescriber describer;
   std::future<void> closing;  // the loop closer's work on the last keyframe
   cv::Mat rectified;

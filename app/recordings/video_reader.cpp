@@ -63,7 +63,7 @@ struct VideoReader::Decoder {
   [[nodiscard]] cv::Size Size() const { return {codec_->width, codec_->height}; }
   [[nodiscard]] AVCodecID Codec() const { return codec_->codec_id; }
 
-  std::optional<PixelRate> rate;  // after Open
+  std::optional<PixelRate> pixel_rate;  // after Open
   std::int64_t left_out = 0;
   bool source_failed = false;  // it ended by an error
   std::optional<std::int64_t> expected;
@@ -163,7 +163,7 @@ bool VideoReader::Decoder::Open(const std::string& name, Input input) {
   }
   if (avcodec_open2(codec_.get(), decoder, nullptr) < 0) return false;
   Describe();
-  rate.emplace(period_s, Size());
+  pixel_rate.emplace(period_s, Size());
   return true;
 }
 
@@ -211,7 +211,7 @@ void VideoReader::Decoder::Feed() {
   } while (packet_->stream_index != stream_->index);
   const bool wanted = (packet_->flags & AV_PKT_FLAG_DISCARD) == 0;
   if (wanted && packet_->pts != AV_NOPTS_VALUE) sent_.insert(packet_->pts);
-  if (wanted) rate->Add(packet_->size);
+  if (wanted) pixel_rate->Add(packet_->size);
   // Streams have no positions: their images count in display order.
   const bool in_file = packet_->pos >= 0;
   latest_ = in_file ? packet_->pos : latest_ + 1;
@@ -355,7 +355,7 @@ registration::Encoding VideoReader::GetEncoding() const {
   constexpr AVCodecID kCodecs[] = {
       AV_CODEC_ID_H264, AV_CODEC_ID_VP8, AV_CODEC_ID_VP9, AV_CODEC_ID_AV1};
   const bool predicted = std::ranges::find(kCodecs, decoder_->Codec()) != std::end(kCodecs);
-  return {.predicted = predicted, .pixel_rate_bit_s = decoder_->rate->BitsPerSecond()};
+  return {.predicted = predicted, .pixel_rate_bit_s = decoder_->pixel_rate->BitsPerSecond()};
 }
 FrameReader::Kind VideoReader::GetKind() const {
   const bool live = input_ == Input::kStream && !decoder_->expected;

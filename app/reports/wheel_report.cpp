@@ -34,7 +34,7 @@ std::string CauseOf(const WheelsReport& wheels) {
       return fmt::format("the way is {:.3g} times as long: it must be in metres",
                          wheels.travel_ratio);
     case WheelFault::kTurnUnits:
-      return fmt::format("its turns are {:.3g} times as large: they must be in the stated unit",
+      return fmt::format("its turns are {:.3g} times as large: turn rates must be in rad/s",
                          1 / wheels.turn_ratio);
     case WheelFault::kNone:
     case WheelFault::kUnrelated:

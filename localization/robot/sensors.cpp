@@ -72,6 +72,7 @@ struct Sensors::Impl {
   bool by_colours = false;  // by_camera takes forward images, else mirror images
   std::unique_ptr<SampleHeading> samples;
   GyroHeading by_gyro;
+  bool by_turns = false;  // what the calibrator compared last: turns alone, or whole motions
   cv::Mat forward_grey;
   wheels::DeadReckoning reckoning;
   wheels::WheelCalibrator calibrator;
@@ -281,9 +282,13 @@ void Sensors::Locate(double stamp_s, const std::optional<Pose2>& T_map_base) {
 void Sensors::CalibrateWheels(double stamp_s, const std::optional<PoseWithCovariance>& pose) {
   Impl& me = *impl_;
   bool learned = false;
+  const bool by_turns = me.HasGyroAlone();
+  if (std::exchange(me.by_turns, by_turns) != by_turns) {
+    me.calibrator.Place(stamp_s, std::nullopt, me.reckoning);  // another piece begins
+  }
   if (me.HasWheels()) {
     learned = me.calibrator.Place(stamp_s, pose, me.reckoning);
-  } else if (me.HasGyroAlone()) {
+  } else if (by_turns) {
     std::optional<HeadingPrior> heading;
     if (pose) heading = HeadingPrior{pose->pose.yaw, pose->covariance(2, 2)};
     learned = me.calibrator.PlaceHeading(stamp_s, heading, me.reckoning);
