@@ -27,7 +27,7 @@ rows=(
   "localization/compass/colour: calib calib/base"
   "localization: mapping mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/wheels calib/base"
   "localization/robot: localization localization/compass localization/compass/colour compensation mapping mapping/store
-    mapping/graph calib calib/wheels calib/base"
+    mapping/graph mapping/registration calib calib/wheels calib/base"
   "samples/simulator: calib calib/base"
   "app/evaluation: calib/base"
   "app/page: mapping/store mapping/graph"
