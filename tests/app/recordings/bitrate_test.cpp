@@ -6,10 +6,10 @@ namespace ceilmap::recordings {
 namespace {
 
 constexpr double kPeriodS = 0.1;  // 30 images in the window of 3 s
-const cv::Size kSize(100, 10);
+const cv::Size kVideoSize(100, 10);
 
 TEST(PixelRate, IsTheMeanOfTheLastSeconds) {
-  PixelRate rate(kPeriodS, kSize);
+  PixelRate rate(kPeriodS, kVideoSize);
   EXPECT_EQ(rate.BitsPerSecond(), 0) << "nothing is known yet";
   rate.Add(500);
   EXPECT_DOUBLE_EQ(rate.BitsPerSecond(), 8 * 500 / 1000.0 / kPeriodS);
@@ -20,15 +20,15 @@ TEST(PixelRate, IsTheMeanOfTheLastSeconds) {
 }
 
 TEST(PixelRate, IsTheSameForAnyRateOfImages) {
-  PixelRate slow(0.1, kSize);
-  PixelRate fast(1 / 60.0, kSize);
+  PixelRate slow(0.1, kVideoSize);
+  PixelRate fast(1 / 60.0, kVideoSize);
   for (int i = 0; i < 100; ++i) slow.Add(60);
   for (int i = 0; i < 600; ++i) fast.Add(10);
   EXPECT_NEAR(fast.BitsPerSecond(), slow.BitsPerSecond(), 1e-9);
 }
 
 TEST(PixelRate, IsUnknownWithoutThePeriod) {
-  PixelRate rate(std::nullopt, kSize);
+  PixelRate rate(std::nullopt, kVideoSize);
   rate.Add(500);
   EXPECT_EQ(rate.BitsPerSecond(), 0);
 }
