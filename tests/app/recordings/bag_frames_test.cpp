@@ -146,7 +146,8 @@ TEST_F(BagFramesTest, CompressedImagesOfAnySourceAndDamagedOnes) {
 
 TEST_F(BagFramesTest, AFirstImageThatCannotBeDecodedIsAnError) {
   support::TestBag bag(Bag());
-  bags::ImageMessage message = FlatImage(0).At(support::kBagStartNs);
+  const FlatImage image(0);
+  bags::ImageMessage message = image.At(support::kBagStartNs);
   message.encoding = "mono7";
   bag.Write("/up", bags::kImageType, support::kBagStartNs, message);
   bag.Commit();
