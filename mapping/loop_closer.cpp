@@ -29,7 +29,8 @@ constexpr double kConfirmPx = 12;
 // the best motion's agreement.
 constexpr double kMaxRivalRatio = 0.7;
 constexpr int kWindow = 30;  // number of latest keyframes that are moved when a closure is found
-constexpr int kCachedSpectra = 12;  // about 4 MB each for images of 640 x 480
+constexpr std::size_t kCachedImages = 40;   // 0.3 MB each for images of 640 x 480
+constexpr std::size_t kCachedSpectra = 12;  // 4 MB
 
 }  // namespace
 
@@ -69,7 +70,8 @@ struct LoopCloser::Impl {
         span(SpanOf(view)),
         graph(span, 0.5 * span),
         headings(p.heading),
-        spectra(static_cast<std::size_t>(kCachedSpectra)),
+        images(kCachedImages),
+        spectra(kCachedSpectra),
         candidates(view, p.candidates),
         judge(view.MetresPerPixel(), p.judge) {}
 
@@ -83,6 +85,7 @@ struct LoopCloser::Impl {
   double span;                               // map units across the image's longer side
   graph::KeyframeGraph graph;
   KeyframeHeadings headings;
+  LruCache<cv::Mat> images;
   LruCache<FrameSpectrum> spectra;
   std::unordered_map<std::int64_t, std::shared_ptr<const heights::HeightField>> heights;
   LoopCandidates candidates;
@@ -111,7 +114,13 @@ FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
   if (const FrameSpectrum* kept = spectra.Find(id)) {
     spectrum = *kept;
   } else {
-    const cv::Mat image = load(id);
+    cv::Mat image;
+    if (const cv::Mat* const kept_image = images.Find(id)) {
+      image = *kept_image;
+    } else {
+      image = load(id);
+      images.Insert(id, image);
+    }
     spectrum = registrar.Analyze(image, calib::ContentMask(image));
     spectra.Insert(id, spectrum);
   }
@@ -266,6 +275,7 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
     me.by_wheels.push_back(keyframe.id);
   }
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
+  if (!keyframe.image.empty()) me.images.Insert(keyframe.id, keyframe.image);
   if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
   if (keyframe.heights) me.heights[keyframe.id] = keyframe.heights;
   if (spectrum.IsStarved()) {

@@ -48,7 +48,7 @@ struct LoopCloserParams {
 /// Not thread-safe; it may run in its own thread in parallel with the odometry.
 class LoopCloser {
  public:
-  /// @param view  must outlive the closer. @param load  called when a keyframe's spectrum is not in
+  /// @param view  must outlive the closer. @param load  called when a keyframe's image is not in
   /// the cache.
   LoopCloser(const calib::CeilingView& view,
              graph::ImageLoader load,
