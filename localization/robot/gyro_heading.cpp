@@ -2,30 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "calib/base/pose2.hpp"
 
 namespace ceilmap::robot {
 namespace {
 
-// After a gap the robot may have turned by any angle.
-constexpr double kUnknownTurnRad2 = std::numbers::pi * std::numbers::pi;
 constexpr double kMinVarianceRad2 = 1e-10;  // of the first heading, which defines the direction
 
 }  // namespace
 
-GyroHeading::GyroHeading() {
-  report_.sensor = HeadingSensor::kGyro;
-}
-
-std::optional<HeadingPrior> GyroHeading::At(double /*stamp_s*/,
-                                            const Image* /*image*/,
-                                            const std::optional<wheels::RelativeTurn>& turn) {
+std::optional<HeadingPrior> GyroHeading::Next(const std::optional<wheels::RelativeTurn>& turn) {
   if (turn) {
     turned_ = turned_ + *turn;
   } else if (began_) {
-    turned_.noise_rad2 += kUnknownTurnRad2;
+    turned_.noise_rad2 += kAnyTurnRad2;
     ++report_.missing;
     return std::nullopt;
   }

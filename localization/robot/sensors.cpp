@@ -32,6 +32,7 @@ struct Task {
   std::optional<HeadingPrior> heading;            // by samples
   std::optional<wheels::RelativeMotion> wheels;
   HeadingSource* by_camera = nullptr;  // null: no camera gives headings
+  bool after_gyro = false;             // ... and the gyro gave headings before that camera did
   std::optional<TiltAngles> residual;  // feedback
   std::optional<Located> located;
 
@@ -111,13 +112,14 @@ Task Sensors::Impl::Prepare(const Image& up) {
   if (samples) {
     task.heading = samples->At(up.stamp_s, nullptr, std::nullopt);
   } else if (!by_camera && HasGyroAlone()) {
-    task.heading = by_gyro.At(up.stamp_s, nullptr, TurnBetween(before_s, up.stamp_s));
+    task.heading = by_gyro.Next(TurnBetween(before_s, up.stamp_s));
   }
   if (task.omni) {
     const double omni_s = task.omni->stamp_s;
     task.omni_turn = TurnBetween(std::exchange(last_omni_s, omni_s), omni_s);
   }
   task.by_camera = by_camera.get();
+  task.after_gyro = by_gyro.Report().headings > 0;
   task.residual = std::exchange(residual, std::nullopt);
   task.located = std::exchange(located, std::nullopt);
   return task;
@@ -183,7 +185,13 @@ Sensors::Frame Sensors::Impl::Measure(const Task& task) {
     frame.context.tilt = estimate.tilt;
     frame.rectified = std::move(estimate.up);
   }
-  if (heading.valid()) frame.context.heading = heading.get();
+  if (heading.valid()) {
+    frame.context.heading = heading.get();
+    // It counts from another direction than the headings before.
+    if (task.after_gyro && frame.context.heading) {
+      frame.context.heading->variance_rad2 += kAnyTurnRad2;
+    }
+  }
   return frame;
 }
 
@@ -214,6 +222,9 @@ void Sensors::AddOmni(const Image& image) {
 void Sensors::AddHeading(const HeadingSample& sample, HeadingFrame frame) {
   Impl& me = *impl_;
   if (me.by_camera) throw InputError("headings come from a camera already, not from samples");
+  if (me.by_gyro.Report().headings > 0) {
+    throw InputError("headings come from a gyro already; add a sample before the first image");
+  }
   if (!me.samples) me.samples = std::make_unique<SampleHeading>(frame);
   if (me.samples->Frame() != frame) {
     throw InputError("a heading sample counts from another direction than those before");
@@ -243,7 +254,7 @@ SensorsReport Sensors::Sensed() const {
   if (me.by_camera) report.heading = me.by_camera->Report();
   if (me.samples) report.heading = me.samples->Report();
   std::int64_t unreckoned = me.unreckoned;
-  if (const HeadingReport gyro = me.by_gyro.Report(); gyro.headings > 0) {
+  if (const HeadingReport& gyro = me.by_gyro.Report(); gyro.headings > 0 && !report.heading) {
     report.heading = gyro;
     unreckoned = gyro.missing;
   }

@@ -55,7 +55,7 @@ class Sensors {
   ///   from another sensor already.
   void AddOmni(const Image& image);
   /// @throws InputError on an invalid sample, one that is not later than the one before, another
-  ///   frame than before, and when headings come from another sensor already.
+  ///   frame than before, and when headings come from another sensor already, a gyro included.
   void AddHeading(const HeadingSample& sample, HeadingFrame frame);
 
   /// Wheels: poses of base in a frame of their own, or speeds of the axle, not both. They may come

@@ -252,6 +252,14 @@ TEST(Sensors, AGyroWithoutWheelsGivesHeadings) {
   EXPECT_EQ(report.wheels.missing, 2);
 }
 
+TEST(Sensors, SamplesAreRefusedWhenAGyroGaveHeadings) {
+  TestedSensors sensors(std::nullopt);
+  for (int i = 0; i < 50; ++i) sensors.AddGyro({99.9 + 0.01 * i, -0.7});
+  ASSERT_TRUE(
+      sensors.Measure(ImageOf(cv::Mat(240, 320, CV_8UC1, cv::Scalar(9)), 1)).context.heading);
+  EXPECT_THROW(sensors.AddHeading({100, 0.2, 0.01}, HeadingFrame::kMap), InputError);
+}
+
 TEST(Sensors, OtherHeadingsReplaceThoseOfAGyro) {
   TestedSensors sensors(std::nullopt);
   for (int i = 0; i < 50; ++i) sensors.AddGyro({99.9 + 0.01 * i, -0.7});
