@@ -6,9 +6,10 @@
 """
 import importlib
 import os
-import sqlite3
 import struct
 import sys
+
+from rosbag2_database import write_database
 
 MAGIC = 8
 SCHEMA, CHANNEL, MESSAGE, CHUNK = 3, 4, 5, 6
@@ -112,25 +113,6 @@ def write_ros1(source, out, compression):
         for topic, kind, log_ns, data in messages(source):
             message = Cdr(data).message(message_class(kind.replace("/msg/", "/")))
             bag.write(topic, message, genpy.Time(*divmod(log_ns, 10**9)))
-
-
-def write_database(path, rows):
-    database = sqlite3.connect(path)
-    database.executescript("""
-        CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
-        CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);
-        CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
-          serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);
-        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL,
-          data BLOB NOT NULL);
-        CREATE INDEX timestamp_idx ON messages (timestamp ASC);""")
-    topics = {}
-    for topic, kind, log_ns, data in rows:
-        number = topics.setdefault(topic, len(topics) + 1)
-        database.execute("INSERT OR IGNORE INTO topics VALUES(?, ?, ?, 'cdr', '')", (number, topic, kind))
-        database.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", (number, log_ns, data))
-    database.commit()
-    database.close()
 
 
 def write_rosbag2(source, out):

@@ -7,13 +7,14 @@
 """
 import json
 import os
-import sqlite3
 import struct
 import sys
 import zlib
 
 import cv2
 import numpy as np
+
+from rosbag2_database import write_database
 
 WIDTH, HEIGHT, IMAGES = 64, 40, 3
 START_S = 1700000000
@@ -116,26 +117,14 @@ def write_ros1(folder, out, compression):
 
 
 def write_rosbag2(folder, out):
-    database = sqlite3.connect(out)
-    database.executescript("""
-        CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
-        CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);
-        CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
-          serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);
-        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL,
-          data BLOB NOT NULL);
-        CREATE INDEX timestamp_idx ON messages (timestamp ASC);""")
-    topics = {}
-    with open(os.path.join(folder, "messages.bin"), "rb") as file:
-        for image, _ in read_images(folder):
-            data = file.read(struct.unpack("<I", file.read(4))[0])
-            topic = topics.setdefault(image["topic"], len(topics) + 1)
-            kind = "sensor_msgs/msg/" + ("CompressedImage" if image["compressed"] else "Image")
-            database.execute("INSERT OR IGNORE INTO topics VALUES(?, ?, ?, 'cdr', '')", (topic, image["topic"], kind))
-            stamp = image["seconds"] * 10**9 + image["nanoseconds"]
-            database.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", (topic, stamp, data))
-    database.commit()
-    database.close()
+    def rows():
+        with open(os.path.join(folder, "messages.bin"), "rb") as file:
+            for image, _ in read_images(folder):
+                data = file.read(struct.unpack("<I", file.read(4))[0])
+                kind = "sensor_msgs/msg/" + ("CompressedImage" if image["compressed"] else "Image")
+                yield image["topic"], kind, image["seconds"] * 10**9 + image["nanoseconds"], data
+
+    write_database(out, rows())
 
 
 def main():
