@@ -17,7 +17,8 @@ rows=(
   "mapping/registration: mapping/heights calib calib/base"
   "mapping/graph: mapping/heights calib/base"
   "mapping/places: mapping/registration calib/base"
-  "mapping/store: mapping/graph mapping/heights calib/base"
+  "mapping/survey: calib/base"
+  "mapping/store: mapping/survey mapping/graph mapping/heights calib/base"
   "mapping/mosaic: mapping/store mapping/graph mapping/registration mapping/heights calib calib/base"
   "mapping: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/wheels calib/base"
   "compensation: mapping/registration mapping/heights calib calib/base"
@@ -27,23 +28,23 @@ rows=(
   "localization/compass/colour: calib calib/base"
   "localization: mapping mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/wheels calib/base"
   "localization/robot: localization localization/compass localization/compass/colour compensation mapping mapping/store
-    mapping/graph mapping/registration calib calib/wheels calib/base"
+    mapping/survey mapping/graph mapping/registration calib calib/wheels calib/base"
   "samples/simulator: calib calib/base"
   "app/evaluation: calib/base"
   "app/page: mapping/store mapping/graph"
   "app/manual:"
   "app/terminal: calib/base"
   "app/bags: calib/base"
-  "app/files: app/bags app/evaluation localization/robot localization localization/compass localization/compass/colour mapping/graph calib/wheels calib/base"
+  "app/files: app/bags app/evaluation localization/robot localization localization/compass localization/compass/colour mapping/graph mapping/survey calib/wheels calib/base"
   "app/recordings: app/bags app/files app/terminal samples/simulator localization/robot compensation localization localization/compass
     localization/compass/labrosse localization/compass/colour mapping mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app/figures: app/recordings app/files app/terminal app/evaluation localization/compass calib/base"
   "app/reports: app/figures app/recordings app/bags app/files app/terminal app/page app/evaluation localization/robot localization
-    localization/compass/colour compensation/mount calib/solve mapping mapping/mosaic mapping/store mapping/graph mapping/heights calib calib/wheels calib/base"
+    localization/compass/colour compensation/mount calib/solve mapping mapping/mosaic mapping/store mapping/survey mapping/graph mapping/heights calib calib/wheels calib/base"
   "app/live: app/reports app/files app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
   "app/commands: app/live app/reports app/figures app/recordings app/bags app/files app/terminal app/page samples/simulator
     localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
-    mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
+    mapping/survey mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app/python: app/evaluation localization/robot localization localization/compass/labrosse localization/compass/colour mapping
     mapping/store mapping/graph mapping/registration calib calib/base"
   "app: app/commands app/files app/manual app/terminal calib/base"

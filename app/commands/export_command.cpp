@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/frame_option.hpp"
 #include "app/commands/map_bag.hpp"
 #include "app/files/output_files.hpp"
 #include "app/files/tum.hpp"
@@ -25,10 +26,28 @@ struct ExportOptions {
   std::string format;
   fs::path output;
   bool from_below = false;
+  FrameOption frame;
+
+  void Check() const;
 };
 
+void ExportOptions::Check() const {
+  if (from_below && format != "png") {
+    throw InputError(fmt::format(
+        "--from-below is for --format png; --format {} is used with maps seen from above", format));
+  }
+  const bool has_frame =
+      format == "geotiff" || format == "heights" || format == "ros" || format == "tum";
+  if (frame.Value() == store::Frame::kSite && !has_frame) {
+    throw InputError(fmt::format(
+        "--frame site is for the formats geotiff, heights, ros and tum; {} is in the map's "
+        "coordinates",
+        format));
+  }
+}
+
 /// Heights at the pixels of the mosaic.
-void ExportHeights(const store::MapReader& map, const fs::path& output) {
+void ExportHeights(const store::MapReader& map, const fs::path& output, store::Frame frame) {
   const std::vector<graph::Keyframe> keyframes = map.ReadKeyframes();
   if (std::none_of(keyframes.begin(), keyframes.end(), [](const graph::Keyframe& keyframe) {
         return keyframe.heights != nullptr;
@@ -45,15 +64,19 @@ void ExportHeights(const store::MapReader& map, const fs::path& output) {
   store::ExportHeights(
       map.Grid(),
       [&](const cv::Rect& window, cv::Mat& metres) { metres = heights.Window(map.Grid(), window); },
-      output);
+      output,
+      store::SiteOf(map, frame));
 }
 
 // Of every recording of the map. Stamps may repeat if recordings were merged.
-std::string TrajectoryText(const store::MapReader& map) {
+std::string TrajectoryText(const store::MapReader& map, store::Frame frame_of_result) {
+  const survey::SiteFrame* site = store::SiteOf(map, frame_of_result);
   std::vector<StampedPose> poses;
   for (const graph::FramePose& frame : map.ReadTrajectory()) {
     if (!graph::HasPose(frame.status)) continue;
-    poses.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
+    const Pose2& T = frame.T_map_base;
+    poses.push_back(
+        ToStampedPose(frame.stamp_s, site != nullptr ? site->S_site_map * T : T, frame.tilt));
   }
   std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
     return a.stamp_s < b.stamp_s;
@@ -81,28 +104,24 @@ std::vector<fs::path> OutputFiles(const ExportOptions& params) {
 void RunExport(const ExportOptions& params,
                const CommonOptions& common,
                terminal::Summary& summary) {
-  if (params.from_below && params.format != "png") {
-    throw InputError(fmt::format(
-        "--from-below is for --format png; --format {} is used with maps seen from above",
-        params.format));
-  }
+  params.Check();
   const std::vector<fs::path> files = OutputFiles(params);
   files::CheckOutputFiles(files, common.Existing());
   const store::MapReader map(params.map);
   if (params.format == "png") {
     store::ExportPng(map, params.output, {.seen_from_below = params.from_below});
   } else if (params.format == "geotiff") {
-    store::ExportGeoTiff(map, params.output);
+    store::ExportGeoTiff(map, params.output, params.frame.Value());
   } else if (params.format == "heights") {
-    ExportHeights(map, params.output);
+    ExportHeights(map, params.output, params.frame.Value());
   } else if (params.format == "g2o") {
     files::WriteFileAtomically(params.output, graph::FormatG2o(map.ReadGraph()));
   } else if (params.format == "tum") {
-    files::WriteFileAtomically(params.output, TrajectoryText(map));
+    files::WriteFileAtomically(params.output, TrajectoryText(map, params.frame.Value()));
   } else if (params.format == "mcap") {
     WriteBag(map, params.output, summary);
   } else {
-    store::ExportRos(map, params.output);
+    store::ExportRos(map, params.output, params.frame.Value());
   }
   summary.files = files;
   summary.quality["map_width_px"] = map.Grid().width_px;
@@ -135,6 +154,7 @@ Command AddExportCommand(CLI::App& program) {
       ->required()
       ->type_name("PATH");
   cli.add_flag("--from-below", params->from_below, "png as seen from below");
+  params->frame.AddTo(cli);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunExport(*params, common, summary);
   };

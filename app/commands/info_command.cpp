@@ -9,6 +9,7 @@
 #include "app/commands/commands.hpp"
 #include "app/files/output_files.hpp"
 #include "app/recordings/rig_warnings.hpp"
+#include "app/reports/alignment_report.hpp"
 #include "app/reports/bag_report.hpp"
 #include "app/reports/height_summary.hpp"
 #include "app/reports/map_quality.hpp"
@@ -102,6 +103,7 @@ ordered_json ToJson(const MapInfo& info) {
       {"unit", metadata.unit},
       {"resolution", metadata.resolution},
       {"ceiling_height_m", metadata.ceiling_height_m},
+      {"site", metadata.site ? reports::ToJson(*metadata.site) : nullptr},
       {"robot", metadata.robot},
       {"view",
        {{"width_px", metadata.view_size.width},
@@ -164,6 +166,7 @@ void PrintTable(const MapInfo& info) {
                             metadata.view_units_per_px,
                             unit)});
   table.AddRow({"ceiling", fmt::format("{:.3f} m above the floor", metadata.ceiling_height_m)});
+  if (metadata.site) reports::AddSite(*metadata.site, table);
   table.AddRow({"robot", metadata.robot.empty() ? "not named" : InOneLine(metadata.robot)});
   table.AddRow({"rig", metadata.rig_yaml.empty() ? "none" : "stored; --json shows it"});
   table.AddRow({"file", fmt::format("{:.2f} MB", static_cast<double>(info.file_bytes) * 1e-6)});

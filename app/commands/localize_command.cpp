@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/frame_option.hpp"
 #include "app/commands/localize_files.hpp"
+#include "app/commands/localize_tally.hpp"
 #include "app/commands/sensor_options.hpp"
 #include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
@@ -53,16 +55,19 @@ struct LocalizeOptions {
   fs::path hypotheses;
   bool stream = false;
   bool predicted = false;
+  FrameOption frame;
   live::WatchOptions watch;
   SettingsOptions settings;
 
   // Checks everything that can be checked without the recording. @throws InputError
   void Check(files::Existing existing) const;
   [[nodiscard]] localization::LocalizerParams ForLocalizer(
-      localization::LocalizerParams params) const;
-  [[nodiscard]] LocalizeOutputs Outputs() const {
-    return {output, sensors.uncompensated, status, hypotheses, predicted, stream};
+      localization::LocalizerParams params, const std::optional<survey::SiteFrame>& site) const;
+  [[nodiscard]] LocalizeOutputs Outputs(const std::optional<survey::SiteFrame>& site) const {
+    return {output, sensors.uncompensated, status, hypotheses, predicted, stream, site};
   }
+  // The building's coordinates for --frame site. @throws InputError when the map has none.
+  [[nodiscard]] std::optional<survey::SiteFrame> Site() const;
 };
 
 void LocalizeOptions::Check(files::Existing existing) const {
@@ -81,6 +86,10 @@ void LocalizeOptions::Check(files::Existing existing) const {
   if (!sensors.omni.empty() && heading_zero != "first") {
     throw InputError(
         "--heading-zero: headings of --omni are relative to the first frame; leave it out");
+  }
+  if (frame.Value() == store::Frame::kSite &&
+      (files::IsBagName(output) || files::IsBagName(sensors.uncompensated))) {
+    throw InputError("--frame site: bags are in the map's coordinates; give T.tum as the output");
   }
   std::error_code ignored;
   for (const fs::path& target :
@@ -103,47 +112,22 @@ void LocalizeOptions::Check(files::Existing existing) const {
   watch.Check(existing);
 }
 
+std::optional<survey::SiteFrame> LocalizeOptions::Site() const {
+  if (frame.Value() == store::Frame::kMap) return std::nullopt;
+  return *store::SiteOf(store::MapReader(map), frame.Value());
+}
+
 localization::LocalizerParams LocalizeOptions::ForLocalizer(
-    localization::LocalizerParams params) const {
+    localization::LocalizerParams params, const std::optional<survey::SiteFrame>& site) const {
   const files::PoseSpread spread = files::ParseSpread(start_spread, "--start-spread");
   if (!start.empty()) {
     PoseWithCovariance pose{files::ParsePose2(start, "--start")};
     const double position = spread.position_m * spread.position_m;
     pose.covariance.diagonal() << position, position, spread.yaw_rad * spread.yaw_rad;
-    params.start = pose;
+    params.start = site ? survey::ToMap(*site, pose) : pose;
   }
   return params;
 }
-
-// Sums over the frames.
-class Tally {
- public:
-  void Add(const robot::Estimate& estimate, reports::LocalizeResult& result) {
-    if (!first_stamp_s_) first_stamp_s_ = estimate.stamp_s;
-    if (!estimate.HasPose()) {
-      had_pose_ = false;
-      return;
-    }
-    if (!result.first_placed_s) {
-      result.first_placed_s = estimate.stamp_s - *first_stamp_s_;
-      result.first_placed_frame = estimate.index;
-    }
-    const auto& [pose, covariance] = estimate.pose;
-    if (had_pose_) result.path_m += (pose.Translation() - last_.Translation()).norm();
-    had_pose_ = true;
-    last_ = pose;
-    variances_ += 0.5 * (covariance(0, 0) + covariance(1, 1));
-    ++placed_;
-    result.mean_sigma_m = std::sqrt(variances_ / static_cast<double>(placed_));
-  }
-
- private:
-  std::optional<double> first_stamp_s_;
-  bool had_pose_ = false;  // of the previous frame
-  Pose2 last_;
-  double variances_ = 0;
-  std::int64_t placed_ = 0;
-};
 
 void LocateFrames(recordings::FrameSource& source,
                   recordings::SensorInputs& sensors,
@@ -153,7 +137,7 @@ void LocateFrames(recordings::FrameSource& source,
                   reports::LocalizeResult& result) {
   terminal::Progress progress("localizing", "frames", source.ExpectedFrames());
   sensors.AddHeadings(localizer);
-  Tally tally;
+  LocalizeTally tally;
   std::int64_t done = 0;
   const auto report = [&](const robot::Estimate& estimate) {
     results.Add(estimate);
@@ -265,7 +249,8 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   const CommandSettings settings = params.settings.Read();
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
-  localizer_params.localization = params.ForLocalizer(settings.localization);
+  const std::optional<survey::SiteFrame> site = params.Site();
+  localizer_params.localization = params.ForLocalizer(settings.localization, site);
   std::optional<calib::Rig> rig = RigFor(params);
   const recordings::SensorFiles files = FilesFor(params);
   recordings::ReserveTopics(files);
@@ -281,7 +266,7 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   const store::MapReader& map = localizer.Map();
 
   reports::LocalizeResult result;
-  LocalizeFiles results(params.Outputs(), calib::LevelView(localizer.View()));
+  LocalizeFiles results(params.Outputs(site), calib::LevelView(localizer.View()));
   live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
   if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
   if (!params.rig_from_bag) {
@@ -353,7 +338,10 @@ Command AddLocalizeCommand(CLI::App& program) {
   add("--up", params->up, "Upward camera", "SOURCE")->required()->group(input);
   add("--stamps", params->stamps, "Time of each frame: index,timestamp", "FRAMES.csv")
       ->group(input);
-  add("--start", params->start, "Pose of the first frame [anywhere on the map]", "X,Y,YAW_DEG")
+  add("--start",
+      params->start,
+      "Pose of the first frame, in the coordinates of --frame [anywhere on the map]",
+      "X,Y,YAW_DEG")
       ->group(prior);
   add("--start-spread", params->start_spread, "Standard deviations of --start", "M,DEG")
       ->capture_default_str()
@@ -380,6 +368,7 @@ Command AddLocalizeCommand(CLI::App& program) {
       "Places where the robot may be, while it is ambiguous: timestamp,x,y,yaw_deg,weight",
       "P.csv")
       ->group(result);
+  params->frame.AddTo(cli)->group(result);
   cli.add_flag("--stream", params->stream, "Poses to stdout as they are found, instead of a report")
       ->group(result);
   cli.add_flag("--predicted",

@@ -22,19 +22,27 @@ LocalizeFiles::LocalizeFiles(LocalizeOutputs outputs, const calib::LevelView& le
   hypotheses_.Append(files::HypothesesHeader());
 }
 
-void LocalizeFiles::Add(const robot::Estimate& estimate) {
+void LocalizeFiles::Add(const robot::Estimate& in_map) {
+  const std::optional<survey::SiteFrame>& site = outputs_.site;
+  const robot::Estimate estimate = site ? robot::InSite(in_map, *site) : in_map;
   status_.Append(files::FormatStatusLine(estimate));
   hypotheses_.Append(files::FormatHypotheses(estimate));
   const bool placed = trajectory_.Add(estimate);
-  graph::FramePose frame = robot::ToFramePose(estimate);
-  if (placed) frame.T_map_base = level_.Uncompensated(frame.T_map_base, frame.tilt);
-  frame.tilt = {};
-  uncompensated_.Add(frame);
+  AddUncompensated(in_map, placed);
   if (!outputs_.stream || !placed) return;
   fmt::print(
       "{}",
       files::FormatTumLine(ToStampedPose(estimate.stamp_s, estimate.pose.pose, estimate.tilt)));
   std::fflush(stdout);
+}
+
+/// The effect of a tilt is known in the map's scale.
+void LocalizeFiles::AddUncompensated(const robot::Estimate& in_map, bool placed) {
+  graph::FramePose frame = robot::ToFramePose(in_map);
+  if (placed) frame.T_map_base = level_.Uncompensated(frame.T_map_base, frame.tilt);
+  if (placed && outputs_.site) frame.T_map_base = outputs_.site->S_site_map * frame.T_map_base;
+  frame.tilt = {};
+  uncompensated_.Add(frame);
 }
 
 void LocalizeFiles::CommitStatus() {

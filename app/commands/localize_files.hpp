@@ -1,12 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "app/files/output_files.hpp"
 #include "app/files/trajectory_file.hpp"
 #include "app/terminal/summary.hpp"
 #include "calib/level_view.hpp"
 #include "localization/robot/estimate.hpp"
+#include "mapping/survey/site_frame.hpp"
 
 namespace ceilmap::commands {
 
@@ -18,6 +20,8 @@ struct LocalizeOutputs {
   std::filesystem::path hypotheses;
   bool predicted = false;  ///< trajectories have the poses by the wheels alone too
   bool stream = false;     ///< poses to stdout, as they are found
+  /// Poses in the coordinates of the building; nothing: in those of the map.
+  std::optional<survey::SiteFrame> site;
 };
 
 /// Files and messages of `localize` that are written during the run.
@@ -26,13 +30,15 @@ class LocalizeFiles {
   /// @param level  of the localizer's view. @throws RunError when a file cannot be written.
   LocalizeFiles(LocalizeOutputs outputs, const calib::LevelView& level);
 
-  void Add(const robot::Estimate& estimate);
+  void Add(const robot::Estimate& in_map);
   /// Completes the files that say why there is no pose.
   void CommitStatus();
   /// Completes all files and names them in the summary.
   void Commit(terminal::Summary& summary);
 
  private:
+  void AddUncompensated(const robot::Estimate& in_map, bool placed);
+
   LocalizeOutputs outputs_;
   calib::LevelView level_;
   files::TrajectoryFile trajectory_;

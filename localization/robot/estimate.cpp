@@ -15,4 +15,13 @@ graph::FramePose ToFramePose(const Estimate& estimate) {
   return pose;
 }
 
+Estimate InSite(const Estimate& estimate, const survey::SiteFrame& site) {
+  Estimate result = estimate;
+  if (estimate.HasPose() || estimate.status == TrackingStatus::kPredicted) {
+    result.pose = survey::ToSite(site, estimate.pose);
+  }
+  for (WeightedPose& place : result.places) place.pose = site.S_site_map * place.pose;
+  return result;
+}
+
 }  // namespace ceilmap::robot

@@ -9,6 +9,7 @@
 #include "calib/base/tilt.hpp"
 #include "calib/base/weighted_pose.hpp"
 #include "mapping/graph/keyframe.hpp"
+#include "mapping/survey/site_frame.hpp"
 
 namespace ceilmap::robot {
 
@@ -35,5 +36,9 @@ struct Estimate {
 
 /// The same as a frame's pose in a map's trajectory.
 graph::FramePose ToFramePose(const Estimate& estimate);
+
+/// The same in the coordinates of the building: pose, covariance (with the error of the alignment)
+/// and possible places. The heading as measured and the tilt stay as they are.
+Estimate InSite(const Estimate& estimate, const survey::SiteFrame& site);
 
 }  // namespace ceilmap::robot

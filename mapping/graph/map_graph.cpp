@@ -11,6 +11,7 @@
 
 #include "calib/base/pose_with_covariance.hpp"
 #include "mapping/graph/frame_ties.hpp"
+#include "mapping/graph/optimized_graph.hpp"
 
 namespace ceilmap::graph {
 namespace {
@@ -43,6 +44,8 @@ std::int64_t RemoveOutliers(std::vector<Edge>& edges,
   }));
 }
 
+}  // namespace
+
 void MeasureQuality(const MapGraph& graph, const std::vector<Pose2>& poses, MapQuality& quality) {
   double sum = 0;
   double largest = 0;
@@ -69,8 +72,6 @@ void MeasureQuality(const MapGraph& graph, const std::vector<Pose2>& poses, MapQ
   quality.odometry_rms = rms(0);
   quality.loop_rms = rms(1);
 }
-
-}  // namespace
 
 LoopCounts& LoopCounts::operator+=(const LoopCounts& other) {
   compared += other.compared;
@@ -257,6 +258,21 @@ void MoveAll(MapGraph& graph, const Pose2& T_new_old) {
   }
 }
 
+void PlaceKeyframes(MapGraph& graph,
+                    const std::vector<Pose2>& poses,
+                    const std::vector<Eigen::Matrix3d>& covariances,
+                    double variance_factor) {
+  for (Keyframe& keyframe : graph.keyframes) {
+    const auto index = static_cast<std::size_t>(keyframe.id);
+    keyframe.pose.T_map_base = poses[index];
+    keyframe.pose.covariance = variance_factor * covariances[index];
+  }
+  for (WeakSpot& spot : graph.weak_spots) {
+    spot.x = poses[static_cast<std::size_t>(spot.keyframe_id)].x;
+    spot.y = poses[static_cast<std::size_t>(spot.keyframe_id)].y;
+  }
+}
+
 void Optimize(MapGraph& graph, const PoseGraphParams& params) {
   // A loop closure with a larger residual, in sigmas, is removed when the rest of the graph agrees
   // without it.
@@ -288,16 +304,8 @@ void Optimize(MapGraph& graph, const PoseGraphParams& params) {
   MeasureQuality(graph, poses, graph.quality);
   const double variance_factor = std::max(1.0, graph.quality.chi2_per_dof);
   const auto covariances = MarginalCovariances(graph.edges, fixed, poses, robust);
-  for (Keyframe& keyframe : graph.keyframes) {
-    const auto index = static_cast<std::size_t>(keyframe.id);
-    keyframe.pose.T_map_base = poses[index];
-    keyframe.pose.covariance = variance_factor * covariances[index];
-  }
+  PlaceKeyframes(graph, poses, covariances, variance_factor);
   PlaceFrames(graph, ties, legs, variance_factor);
-  for (WeakSpot& spot : graph.weak_spots) {
-    spot.x = poses[static_cast<std::size_t>(spot.keyframe_id)].x;
-    spot.y = poses[static_cast<std::size_t>(spot.keyframe_id)].y;
-  }
 }
 
 namespace {

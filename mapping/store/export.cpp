@@ -92,11 +92,32 @@ CPLStringList TiffOptions() {
   return options;
 }
 
-/// Sets the dataset's position in the map.
-bool Place(GDALDataset& dataset, const MosaicGrid& grid, const std::string& unit) {
-  std::array<double, 6> transform = {
-      grid.min_x, grid.resolution, 0, grid.max_y, 0, -grid.resolution};
-  const OGRSpatialReference srs = LocalSrs(unit);
+/// GDAL's affine transform from pixels, counted from the corner of the first one, to coordinates.
+std::array<double, 6> GeoTransform(const MosaicGrid& grid, const survey::SiteFrame* site) {
+  const Similarity2 S = site != nullptr ? site->S_site_map : Similarity2{};
+  const Eigen::Vector2d corner = S * Eigen::Vector2d(grid.min_x, grid.max_y);
+  const Eigen::Matrix2d step = grid.resolution * S.scale * S.motion.Rotation();
+  return {corner.x(), step(0, 0), -step(0, 1), corner.y(), step(1, 0), -step(1, 1)};
+}
+
+OGRSpatialReference SrsOf(const std::string& unit, const survey::SiteFrame* site) {
+  if (site == nullptr) return LocalSrs(unit);
+  if (site->crs_wkt.empty()) return LocalSrs("m");
+  OGRSpatialReference srs;
+  if (srs.importFromWkt(site->crs_wkt.c_str()) != OGRERR_NONE) {
+    throw InputError(
+        "the map's coordinate reference system cannot be read; run 'ceilmap align' again");
+  }
+  return srs;
+}
+
+/// Sets the dataset's position in the map or the site.
+bool Place(GDALDataset& dataset,
+           const MosaicGrid& grid,
+           const std::string& unit,
+           const survey::SiteFrame* site) {
+  std::array<double, 6> transform = GeoTransform(grid, site);
+  const OGRSpatialReference srs = SrsOf(unit, site);
   return dataset.SetSpatialRef(&srs) == CE_None &&
          dataset.SetGeoTransform(transform.data()) == CE_None;
 }
@@ -158,6 +179,15 @@ std::string Number(double value) {
 
 }  // namespace
 
+const survey::SiteFrame* SiteOf(const MapReader& map, Frame frame) {
+  if (frame == Frame::kMap) return nullptr;
+  if (!map.Metadata().site) {
+    throw InputError(
+        "the map has no coordinates of a building; run 'ceilmap align MAP.gpkg --points P.csv'");
+  }
+  return &*map.Metadata().site;
+}
+
 void ExportPng(const MapReader& map, const fs::path& file, const PngOptions& options) {
   CheckHasMosaic(map);
   AtomicFile target(file);
@@ -167,8 +197,9 @@ void ExportPng(const MapReader& map, const fs::path& file, const PngOptions& opt
   target.Commit();
 }
 
-void ExportGeoTiff(const MapReader& map, const fs::path& file) {
+void ExportGeoTiff(const MapReader& map, const fs::path& file, Frame frame) {
   CheckHasMosaic(map);
+  const survey::SiteFrame* site = SiteOf(map, frame);
   AtomicFile target(file);
   const MosaicGrid& grid = map.Grid();
   {
@@ -179,7 +210,7 @@ void ExportGeoTiff(const MapReader& map, const fs::path& file) {
     options.SetNameValue("ALPHA", "YES");
     GDALDatasetUniquePtr tiff(Driver("GTiff").Create(
         target.PartialPath().c_str(), grid.width_px, grid.height_px, 2, GDT_Byte, options.List()));
-    Check(gdal, tiff && Place(*tiff, grid, map.Metadata().unit), file);
+    Check(gdal, tiff && Place(*tiff, grid, map.Metadata().unit, site), file);
     for (const cv::Rect& window : Strips(grid)) {
       cv::Mat pixels = ReadWindow(map, window);
       Check(gdal, WriteWindow(*tiff, window, pixels) == CE_None, file);
@@ -191,7 +222,10 @@ void ExportGeoTiff(const MapReader& map, const fs::path& file) {
   target.Commit();
 }
 
-void ExportHeights(const MosaicGrid& grid, const HeightSource& source, const fs::path& file) {
+void ExportHeights(const MosaicGrid& grid,
+                   const HeightSource& source,
+                   const fs::path& file,
+                   const survey::SiteFrame* site) {
   if (const std::string problem = Problem(grid); !problem.empty()) throw InputError(problem);
   AtomicFile target(file);
   {
@@ -205,7 +239,7 @@ void ExportHeights(const MosaicGrid& grid, const HeightSource& source, const fs:
                                                      1,
                                                      GDT_Float32,
                                                      options.List()));
-    Check(gdal, tiff && Place(*tiff, grid, "m"), file);
+    Check(gdal, tiff && Place(*tiff, grid, "m", site), file);
     GDALRasterBand& band = *tiff->GetRasterBand(1);
     band.SetDescription("heights");
     Check(gdal,
@@ -228,9 +262,10 @@ void ExportHeights(const MosaicGrid& grid, const HeightSource& source, const fs:
   target.Commit();
 }
 
-void ExportRos(const MapReader& map, const fs::path& path) {
+void ExportRos(const MapReader& map, const fs::path& path, Frame frame) {
   CheckHasMosaic(map);
-  if (map.Metadata().unit != "m") {
+  const survey::SiteFrame* site = SiteOf(map, frame);
+  if (map.Metadata().unit != "m" && site == nullptr) {
     throw InputError("a map in pixels has no metres, which ROS needs; make the map with a rig");
   }
   fs::path yaml = path;
@@ -242,16 +277,18 @@ void ExportRos(const MapReader& map, const fs::path& path) {
 
   const MosaicGrid& grid = map.Grid();
   WritePng(ReadWindow(map, {0, 0, grid.width_px, grid.height_px}), image_file);
-  const double min_y = grid.max_y - grid.height_px * grid.resolution;
+  const Similarity2 S = site != nullptr ? site->S_site_map : Similarity2{};
+  const Eigen::Vector2d corner =
+      S * Eigen::Vector2d(grid.min_x, grid.max_y - grid.height_px * grid.resolution);
   WriteText("image: " + image.filename().string() +
                 "\n"
                 "mode: scale\n"
                 "resolution: " +
-                Number(grid.resolution) +
+                Number(S.scale * grid.resolution) +
                 "\n"
                 "origin: [" +
-                Number(grid.min_x) + ", " + Number(min_y) +
-                ", 0]\n"
+                Number(corner.x()) + ", " + Number(corner.y()) + ", " + Number(S.motion.yaw) +
+                "]\n"
                 "negate: 0\n"
                 "occupied_thresh: 0.65\n"
                 "free_thresh: 0.196\n",

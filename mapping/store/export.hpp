@@ -11,6 +11,16 @@ namespace ceilmap::store {
 /// Export of the mosaic for other programs. Files are written under temporary names and renamed;
 /// memory is bounded by windows for GeoTIFF, and by the size of the mosaic for the images.
 
+/// Coordinates of an export.
+enum class Frame {
+  kMap,
+  kSite,  ///< those of the building (MapMetadata::site); InputError unless the map has them
+};
+
+/// The alignment of a map, null for Frame::kMap. Valid as long as the map.
+/// @throws InputError for Frame::kSite and a map that is not aligned.
+const survey::SiteFrame* SiteOf(const MapReader& map, Frame frame);
+
 struct PngOptions {
   bool seen_from_below = false;  ///< flipped left-right, as seen from below
 };
@@ -18,8 +28,11 @@ void ExportPng(const MapReader& map,
                const std::filesystem::path& file,
                const PngOptions& options = {});
 
-/// Tiled, compressed GeoTIFF with overviews and the map's local engineering SRS.
-void ExportGeoTiff(const MapReader& map, const std::filesystem::path& file);
+/// Tiled, compressed GeoTIFF with overviews and the map's local engineering SRS, or the coordinate
+/// reference system of the site: the pixels stay as they are, and the transform turns them.
+void ExportGeoTiff(const MapReader& map,
+                   const std::filesystem::path& file,
+                   Frame frame = Frame::kMap);
 
 /// Fills a window of a raster of heights: metres above the floor, CV_32FC1, NaN where not known.
 using HeightSource = std::function<void(const cv::Rect& window, cv::Mat& metres)>;
@@ -28,14 +41,16 @@ using HeightSource = std::function<void(const cv::Rect& window, cv::Mat& metres)
 /// and compressed, with the map's SRS.
 /// @param grid  of the raster, usually the mosaic's: the two files then lie on each other pixel by
 /// pixel.
+/// @param site  Of the map, for the coordinates of the building; null: those of the map.
 void ExportHeights(const MosaicGrid& grid,
                    const HeightSource& source,
-                   const std::filesystem::path& file);
+                   const std::filesystem::path& file,
+                   const survey::SiteFrame* site = nullptr);
 
 /// `PATH.yaml` + `PATH.png` (PATH with or without .yaml) in the format of ROS map_server and Nav2:
 /// image, resolution, origin [x, y, yaw] of the lower left pixel's corner, negate, thresholds,
 /// mode.
 /// @throws InputError for a map in pixels, which has no metres.
-void ExportRos(const MapReader& map, const std::filesystem::path& path);
+void ExportRos(const MapReader& map, const std::filesystem::path& path, Frame frame = Frame::kMap);
 
 }  // namespace ceilmap::store

@@ -11,6 +11,7 @@
 
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/map_graph.hpp"
+#include "mapping/survey/site_frame.hpp"
 
 namespace ceilmap::store {
 
@@ -32,6 +33,8 @@ struct MapMetadata {
   cv::Mat view_mask;  ///< CeilingView::Mask of the keyframe images; empty: none
   std::string program_version;
   std::string provenance;  ///< command line, source names, date; free text
+  /// The map in the coordinates of its building; nothing: not aligned (survey::Align).
+  std::optional<survey::SiteFrame> site;
 };
 
 /// Height above the floor, metres, of a point of the ceiling with inverse height ratio `rho` > 0
@@ -51,6 +54,9 @@ struct MosaicGrid {
   int width_px = 0;
   int height_px = 0;
 };
+
+/// Place in the map of a pixel of the mosaic; (0, 0) is the centre of the first one.
+Eigen::Vector2d PixelToMap(const MosaicGrid& grid, const Eigen::Vector2d& col_row);
 
 /// Places that images of a map show, but that are not part of its mosaic.
 struct LeftOut {
@@ -72,8 +78,9 @@ using MosaicSource = std::function<void(const cv::Rect& window, cv::Mat& grey, c
 class MapReader;
 
 /// Writes NAME.gpkg: an OGC GeoPackage with the layers `mosaic` (raster tile pyramid, grey +
-/// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots`, `left_out` (vector) and the tables
-/// `keyframe_pictures`, `place_descriptors`, `keyframe_heights`, `view_mask`, `ceilmap_metadata`.
+/// alpha), `keyframes`, `trajectory`, `edges`, `weak_spots`, `left_out`, `control_points` (vector)
+/// and the tables `keyframe_pictures`, `place_descriptors`, `keyframe_heights`, `view_mask`,
+/// `ceilmap_metadata`.
 ///
 /// All data are written to a partial file beside the target (with a fixed name, so that the next
 /// run replaces the partial file of a killed one); Commit() closes it, syncs it to disk and renames

@@ -51,33 +51,83 @@ double ValueOr(const std::map<std::string, std::string>& rows, const char* key, 
   return rows.count(key) > 0 ? Value<double>(rows, key) : otherwise;
 }
 
+/// Nothing for a map that is not aligned with its building.
+std::optional<survey::SiteFrame> SiteFromRows(const std::map<std::string, std::string>& rows) {
+  if (!rows.contains("site_scale")) return std::nullopt;
+  survey::SiteFrame site;
+  site.crs_wkt = Text(rows, "site_crs_wkt");
+  site.S_site_map.scale = Value<double>(rows, "site_scale");
+  site.S_site_map.motion = {Value<double>(rows, "site_x_m"),
+                            Value<double>(rows, "site_y_m"),
+                            Value<double>(rows, "site_yaw_rad")};
+  site.centre_map = {Value<double>(rows, "site_centre_x"), Value<double>(rows, "site_centre_y")};
+  site.sigma_position_m = Value<double>(rows, "site_sigma_position_m");
+  site.sigma_yaw_rad = Value<double>(rows, "site_sigma_yaw_rad");
+  site.sigma_scale = Value<double>(rows, "site_sigma_scale");
+  return site;
+}
+
 bool IsPositive(double value) {
   return std::isfinite(value) && value > 0;
 }
 bool IsCoordinate(double value) {
   return std::abs(value) <= kMaxCoordinate;
 }
+bool IsSigma(double value) {
+  return std::isfinite(value) && value >= 0;
+}
+
+std::string Problem(const survey::SiteFrame& site) {
+  const Pose2& T = site.S_site_map.motion;
+  if (!IsPositive(site.S_site_map.scale)) return "site_scale must be > 0";
+  if (!IsCoordinate(T.x) || !IsCoordinate(T.y) || !IsCoordinate(T.yaw) ||
+      !IsCoordinate(site.centre_map.x()) || !IsCoordinate(site.centre_map.y())) {
+    return "the coordinates of the site must be finite";
+  }
+  if (!IsSigma(site.sigma_position_m) || !IsSigma(site.sigma_yaw_rad) ||
+      !IsSigma(site.sigma_scale)) {
+    return "the standard deviations of the site must be >= 0";
+  }
+  return {};
+}
 
 }  // namespace
 
+std::map<std::string, std::string> ToRows(const survey::SiteFrame& site) {
+  const Pose2& T = site.S_site_map.motion;
+  return {{"site_crs_wkt", site.crs_wkt},
+          {"site_scale", ToText(site.S_site_map.scale)},
+          {"site_x_m", ToText(T.x)},
+          {"site_y_m", ToText(T.y)},
+          {"site_yaw_rad", ToText(T.yaw)},
+          {"site_centre_x", ToText(site.centre_map.x())},
+          {"site_centre_y", ToText(site.centre_map.y())},
+          {"site_sigma_position_m", ToText(site.sigma_position_m)},
+          {"site_sigma_yaw_rad", ToText(site.sigma_yaw_rad)},
+          {"site_sigma_scale", ToText(site.sigma_scale)}};
+}
+
 std::map<std::string, std::string> ToRows(const MapMetadata& m) {
-  return {{"format_version", std::to_string(m.format_version)},
-          {"unit", m.unit},
-          {"resolution", ToText(m.resolution)},
-          {"ceiling_height_m", ToText(m.ceiling_height_m)},
-          {"rig_yaml", m.rig_yaml},
-          {"robot", m.robot},
-          {"view_width_px", std::to_string(m.view_size.width)},
-          {"view_height_px", std::to_string(m.view_size.height)},
-          {"view_units_per_px", ToText(m.view_units_per_px)},
-          {"T_base_view_x", ToText(m.T_base_view.x)},
-          {"T_base_view_y", ToText(m.T_base_view.y)},
-          {"T_base_view_yaw_rad", ToText(m.T_base_view.yaw)},
-          {"view_focal_px", ToText(m.view_focal_px)},
-          {"view_principal_x_px", ToText(m.view_principal_px.x())},
-          {"view_principal_y_px", ToText(m.view_principal_px.y())},
-          {"program_version", m.program_version},
-          {"provenance", m.provenance}};
+  std::map<std::string, std::string> rows = {
+      {"format_version", std::to_string(m.format_version)},
+      {"unit", m.unit},
+      {"resolution", ToText(m.resolution)},
+      {"ceiling_height_m", ToText(m.ceiling_height_m)},
+      {"rig_yaml", m.rig_yaml},
+      {"robot", m.robot},
+      {"view_width_px", std::to_string(m.view_size.width)},
+      {"view_height_px", std::to_string(m.view_size.height)},
+      {"view_units_per_px", ToText(m.view_units_per_px)},
+      {"T_base_view_x", ToText(m.T_base_view.x)},
+      {"T_base_view_y", ToText(m.T_base_view.y)},
+      {"T_base_view_yaw_rad", ToText(m.T_base_view.yaw)},
+      {"view_focal_px", ToText(m.view_focal_px)},
+      {"view_principal_x_px", ToText(m.view_principal_px.x())},
+      {"view_principal_y_px", ToText(m.view_principal_px.y())},
+      {"program_version", m.program_version},
+      {kProvenanceKey, m.provenance}};
+  if (m.site) rows.merge(ToRows(*m.site));
+  return rows;
 }
 
 std::map<std::string, std::string> ToRows(const graph::MapQuality& q) {
@@ -134,7 +184,8 @@ MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
   m.view_principal_px = {ValueOr(rows, "view_principal_x_px", 0),
                          ValueOr(rows, "view_principal_y_px", 0)};
   m.program_version = Text(rows, "program_version");
-  m.provenance = Text(rows, "provenance");
+  m.provenance = Text(rows, kProvenanceKey);
+  m.site = SiteFromRows(rows);
   if (const std::string problem = Problem(m); !problem.empty()) {
     throw InputError("ceilmap_metadata: " + problem + "; the file is damaged");
   }
@@ -165,7 +216,7 @@ std::string Problem(const MapMetadata& m) {
   if (!IsCoordinate(m.view_principal_px.x()) || !IsCoordinate(m.view_principal_px.y())) {
     return "view_principal_px must be finite";
   }
-  return {};
+  return m.site ? Problem(*m.site) : "";
 }
 
 const char* ToString(LeftOut::Kind kind) {
@@ -178,6 +229,11 @@ std::optional<double> HeightAboveFloor(const MapMetadata& metadata, double rho) 
     return std::nullopt;
   }
   return metadata.ceiling_height_m + reference_m * (1 / rho - 1);
+}
+
+Eigen::Vector2d PixelToMap(const MosaicGrid& grid, const Eigen::Vector2d& col_row) {
+  return {grid.min_x + (col_row.x() + 0.5) * grid.resolution,
+          grid.max_y - (col_row.y() + 0.5) * grid.resolution};
 }
 
 std::string Problem(const MosaicGrid& grid) {

@@ -10,8 +10,12 @@ namespace ceilmap::store {
 
 /// Version of the map file's format that this program writes, and the only one that it reads.
 inline constexpr int kMapFormatVersion = 2;
+/// Beginning of the keys of the alignment with the building.
+inline constexpr char kSitePrefix[] = "site_";
+inline constexpr char kProvenanceKey[] = "provenance";
 
-/// MapMetadata as the rows (key, value) of the table ceilmap_metadata. Numbers are written in the
+/// MapMetadata as the rows (key, value) of the table ceilmap_metadata, with those of its site.
+/// Numbers are written in the
 /// shortest form that gives the same value when it is read, in any locale.
 std::map<std::string, std::string> ToRows(const MapMetadata& metadata);
 
@@ -19,6 +23,9 @@ std::map<std::string, std::string> ToRows(const MapMetadata& metadata);
 /// @throws InputError (without the file's name) for another format version, a missing key or an
 /// invalid value.
 MapMetadata FromRows(const std::map<std::string, std::string>& rows);
+
+/// The alignment with the building as rows of the same table, without its points.
+std::map<std::string, std::string> ToRows(const survey::SiteFrame& site);
 
 /// MapQuality as rows of the same table.
 std::map<std::string, std::string> ToRows(const graph::MapQuality& quality);

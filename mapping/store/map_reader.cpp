@@ -15,6 +15,7 @@
 #include "mapping/store/map_metadata.hpp"
 #include "mapping/store/map_schema.hpp"
 #include "mapping/store/map_tables.hpp"
+#include "mapping/store/site_tables.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -117,6 +118,10 @@ void MapReader::Impl::OpenTables() {
   if (Layer(tables::kMask).GetFeatureCount() > 0) {
     metadata.view_mask = Named(
         [&] { return DecodeImage(tables::ReadPng(Layer(tables::kMask), 0), metadata.view_size); });
+  }
+  if (metadata.site) {
+    metadata.site->points =
+        ReadAll<survey::AlignedPoint>(tables::kControlPoints, tables::ToAlignedPoint);
   }
   Check(gdal);
 }

@@ -13,6 +13,7 @@
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_metadata.hpp"
 #include "mapping/store/map_tables.hpp"
+#include "mapping/store/site_tables.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -106,6 +107,11 @@ void MapWriter::Impl::CreateTables() {
             tables::CreateImages(*dataset, tables::kImages) &&
             tables::CreateImages(*dataset, tables::kMask) && tables::CreateDescriptors(*dataset) &&
             tables::CreateHeights(*dataset));
+  if (metadata.site) {
+    OGRLayer* points = tables::CreateControlPoints(*dataset, srs);
+    Check(gdal, points != nullptr);
+    for (const auto& point : metadata.site->points) Check(gdal, tables::Append(*points, point));
+  }
   OGRLayer* rows = tables::CreateMetadata(*dataset);
   Check(gdal, rows != nullptr);
   for (const auto& [key, value] : ToRows(metadata)) Check(gdal, tables::Append(*rows, key, value));

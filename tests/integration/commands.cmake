@@ -1,6 +1,7 @@
 # The real program on recordings that the tests make.
 ceilmap_add_test(commands_test RUNS_PROGRAM COST 100 SHARDS 2
   SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/align_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/bad_input_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/bag_output_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/commands_test.cpp

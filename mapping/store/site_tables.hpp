@@ -1,0 +1,21 @@
+#pragma once
+
+#include <ogrsf_frmts.h>
+
+#include "mapping/survey/site_frame.hpp"
+
+/// The table of the map file with the control points of its alignment. Shared by MapWriter,
+/// MapReader and WriteSiteFrame. Internal, because it uses GDAL.
+namespace ceilmap::store::tables {
+
+/// Adds the layer with its columns; null when GDAL fails (the GdalScope has the reason).
+OGRLayer* CreateControlPoints(GDALDataset& dataset, OGRSpatialReference& srs);
+
+/// Adds a row; false when GDAL fails.
+bool Append(OGRLayer& layer, const survey::AlignedPoint& point);
+
+/// The inverse. @throws InputError (without the file's name) for a missing column and for invalid
+/// values.
+survey::AlignedPoint ToAlignedPoint(OGRFeature& row);
+
+}  // namespace ceilmap::store::tables

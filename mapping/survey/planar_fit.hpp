@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+
+#include "calib/base/similarity2.hpp"
+
+/// Least-squares transforms between two sets of points. Internal.
+namespace ceilmap::survey {
+
+/// p_a = S_a_b * p_b, counted with a weight > 0.
+struct PointPair {
+  Eigen::Vector2d p_a;
+  Eigen::Vector2d p_b;
+  double weight = 1;
+};
+
+struct PlanarFit {
+  Similarity2 S_a_b;
+  Eigen::Vector2d centre_b = Eigen::Vector2d::Zero();  ///< weighted mean of p_b
+  double weights = 0;                                  ///< sum
+  double moment_b = 0;                                 ///< weighted sum of |p_b - centre_b|^2
+};
+
+/// The transform of least weighted squares, in closed form (Umeyama 1991).
+/// @param estimate_scale  false: scale 1.
+/// @return nothing where the points do not determine it: fewer than two of them, or all in one
+/// place.
+std::optional<PlanarFit> FitPlane(std::span<const PointPair> pairs, bool estimate_scale);
+
+/// The weighted mean of |p_a - S_a_b * p_b|^2.
+double MeanSquare(std::span<const PointPair> pairs, const Similarity2& S_a_b);
+
+}  // namespace ceilmap::survey
