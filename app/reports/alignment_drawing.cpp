@@ -4,14 +4,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 #include "app/page/base64.hpp"
 #include "app/page/html_text.hpp"
-#include "app/page/mosaic_picture.hpp"
-#include "app/page/page_data.hpp"
 #include "calib/base/error.hpp"
 
 namespace ceilmap::reports {
@@ -49,56 +49,75 @@ class SiteView {
   Vector2d size_ = Vector2d::Zero();
 };
 
-/// An image whose upper left, upper right and lower left corners lie at these pixels.
-std::string Image(const std::string& mime,
-                  const std::vector<unsigned char>& bytes,
+/// An image whose upper left, upper right and lower left corners lie at these pixels. PNG, because
+/// few programs beside browsers read WebP in a drawing.
+std::string Image(const cv::Mat& image,
                   const Vector2d& left_top,
                   const Vector2d& right_top,
                   const Vector2d& left_bottom,
                   double opacity) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".png", image, bytes)) throw RunError("the picture cannot be encoded");
   const Vector2d u = right_top - left_top;
   const Vector2d v = left_bottom - left_top;
-  return fmt::format(
-      R"(<image width="1" height="1" preserveAspectRatio="none" opacity="{}" )"
-      R"svg(transform="matrix({:.6f} {:.6f} {:.6f} {:.6f} {:.3f} {:.3f})" )svg"
-      R"(href="data:{};base64,{}"/>)"
-      "\n",
-      opacity,
-      u.x(),
-      u.y(),
-      v.x(),
-      v.y(),
-      left_top.x(),
-      left_top.y(),
-      mime,
-      page::Base64(bytes));
+  return fmt::format(R"svg(<image width="1" height="1" preserveAspectRatio="none" opacity="{}" )svg"
+                     R"svg(transform="matrix({:.6f} {:.6f} {:.6f} {:.6f} {:.3f} {:.3f})" )svg"
+                     R"svg(href="data:image/png;base64,{}"/>)svg"
+                     "\n",
+                     opacity,
+                     u.x(),
+                     u.y(),
+                     v.x(),
+                     v.y(),
+                     left_top.x(),
+                     left_top.y(),
+                     page::Base64(bytes));
 }
 
-std::string DrawMosaic(const page::PagePicture& picture,
+/// The map's mosaic, small enough for a drawing.
+struct Overview {
+  store::MosaicGrid grid;  ///< of 0 x 0 pixels: the map has none
+  cv::Mat image;           ///< CV_8UC4
+
+  /// A corner in the map: 0 or 1 from the left, and from the top.
+  [[nodiscard]] Vector2d Corner(int right, int down) const {
+    return {grid.min_x + right * grid.width_px * grid.resolution,
+            grid.max_y - down * grid.height_px * grid.resolution};
+  }
+};
+
+Overview OverviewOf(const store::MapReader& map) {
+  constexpr int kMaxPx = 2000;
+  Overview overview;
+  cv::Mat grey;
+  cv::Mat alpha;
+  overview.grid = map.ReadOverview(kMaxPx, grey, alpha);
+  if (grey.empty()) return overview;
+  const std::array<cv::Mat, 4> bands = {grey, grey, grey, alpha};
+  cv::merge(bands.data(), bands.size(), overview.image);
+  return overview;
+}
+
+std::string DrawMosaic(const Overview& overview,
                        const survey::SiteFrame& site,
                        const SiteView& view) {
-  if (picture.empty()) return {};
-  const auto at = [&](double x, double y) { return view(site.S_site_map * Vector2d(x, y)); };
-  return Image(picture.mime,
-               picture.bytes,
-               at(picture.min_x, picture.max_y),
-               at(picture.max_x, picture.max_y),
-               at(picture.min_x, picture.min_y),
-               0.8);
+  if (overview.image.empty()) return {};
+  const auto at = [&](int right, int down) {
+    return view(site.S_site_map * overview.Corner(right, down));
+  };
+  return Image(overview.image, at(0, 0), at(1, 0), at(0, 1), 0.8);
 }
 
 std::string DrawPlan(const store::SitePlan& plan, const SiteView& view) {
   std::string svg;
   if (!plan.image.empty()) {
-    std::vector<unsigned char> bytes;
-    if (!cv::imencode(".png", plan.image, bytes)) throw RunError("the plan cannot be drawn");
     const auto at = [&](double col, double row) {
       const auto& t = plan.transform;
       return view(Vector2d(t[0] + t[1] * col + t[2] * row, t[3] + t[4] * col + t[5] * row));
     };
     const double cols = plan.image.cols;
     const double rows = plan.image.rows;
-    svg += Image("image/png", bytes, at(0, 0), at(cols, 0), at(0, rows), 1);
+    svg += Image(plan.image, at(0, 0), at(cols, 0), at(0, rows), 1);
   }
   std::string path;
   for (const std::vector<Vector2d>& line : plan.lines) {
@@ -154,17 +173,15 @@ std::string DrawPoint(const survey::AlignedPoint& point, const SiteView& view, d
 }
 
 /// The mosaic and the control points, with a border; the plan does not enlarge the drawing.
-Eigen::AlignedBox2d Extent(const page::PagePicture& picture, const survey::SiteFrame& site) {
+Eigen::AlignedBox2d Extent(const Overview& overview, const survey::SiteFrame& site) {
   Eigen::AlignedBox2d box;
   for (const survey::AlignedPoint& point : site.points) {
     box.extend(point.point.p_site);
     box.extend(site.S_site_map * point.point.p_map);
   }
-  if (picture.empty()) return box;
-  for (const double x : {picture.min_x, picture.max_x}) {
-    for (const double y : {picture.min_y, picture.max_y}) {
-      box.extend(site.S_site_map * Vector2d(x, y));
-    }
+  if (overview.image.empty()) return box;
+  for (const int right : {0, 1}) {
+    for (const int down : {0, 1}) box.extend(site.S_site_map * overview.Corner(right, down));
   }
   return box;
 }
@@ -174,8 +191,8 @@ Eigen::AlignedBox2d Extent(const page::PagePicture& picture, const survey::SiteF
 std::string DrawAlignment(const store::MapReader& map,
                           const survey::SiteFrame& site,
                           const std::optional<store::SitePlan>& plan) {
-  const page::PagePicture picture = page::MakeMosaicPicture(map);
-  const SiteView view(Extent(picture, site));
+  const Overview overview = OverviewOf(map);
+  const SiteView view(Extent(overview, site));
   const double arrow = ArrowScale(site);
   const Vector2d size = view.Size();
   std::string svg =
@@ -186,7 +203,7 @@ std::string DrawAlignment(const store::MapReader& map,
                   size.x(),
                   size.y() + kFooterPx);
   if (plan) svg += DrawPlan(*plan, view);
-  svg += DrawMosaic(picture, site, view);
+  svg += DrawMosaic(overview, site, view);
   for (const survey::AlignedPoint& point : site.points) svg += DrawPoint(point, view, arrow);
   svg += fmt::format(
       R"(<text x="{:.0f}" y="{:.0f}">one metre is {:.3g} px; residuals are enlarged {:.3g} times</text>)"

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
@@ -104,7 +105,12 @@ TEST_F(SiteUpdate, ReplacesAnEarlierAlignmentInPlace) {
   second.points.pop_back();
   WriteSiteFrame(map, map, second, "second");
   ExpectEqual(*MapReader(map).Metadata().site, second);
-  EXPECT_THAT(folder_.Names(), testing::ElementsAre("map.gpkg"));
+  int files = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator((folder_ / "map.gpkg").parent_path())) {
+    files += entry.is_regular_file() ? 1 : 0;
+  }
+  EXPECT_EQ(files, 1) << "no partial files and journals";
 }
 
 TEST_F(SiteUpdate, AMapWrittenWithASiteHasIt) {
