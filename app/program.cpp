@@ -140,6 +140,8 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
     for (commands::Command& command : add(program)) commands.push_back(std::move(command));
   }
   for (const auto add : {commands::AddMergeCommand,
+                         commands::AddMatchCommand,
+                         commands::AddSolveCommand,
                          commands::AddInfoCommand,
                          commands::AddExportCommand,
                          commands::AddRegisterCommand,
