@@ -139,8 +139,10 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
   for (const auto add : {commands::AddCompassCommands, commands::AddCalibrateCommands}) {
     for (commands::Command& command : add(program)) commands.push_back(std::move(command));
   }
-  for (const auto add : {commands::AddAlignCommand,
-                         commands::AddMergeCommand,
+  for (const auto add : {commands::AddMergeCommand,
+                         commands::AddMatchCommand,
+                         commands::AddSolveCommand,
+                         commands::AddAlignCommand,
                          commands::AddInfoCommand,
                          commands::AddExportCommand,
                          commands::AddRegisterCommand,

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "calib/base/error.hpp"
+#include "mapping/common_view.hpp"
 #include "mapping/map_union.hpp"
 
 namespace ceilmap::mapping {

@@ -1,19 +1,15 @@
 #include "mapping/map_merge.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
 
+#include "mapping/map_parts.hpp"
+
 namespace ceilmap::mapping {
 namespace {
-
-// Largest fraction of the closures between joined parts that may turn out to contradict the
-// rest.
-constexpr double kMaxOutlierRatio = 0.3;
 
 std::vector<std::int64_t> Ids(const graph::MapGraph& graph) {
   std::vector<std::int64_t> ids;
@@ -28,14 +24,6 @@ void Attach(LoopCloser& closer, const std::vector<std::int64_t>& part, const Joi
   }
   for (const graph::Edge& edge : join.edges) closer.Add(edge);
   for (const std::int64_t id : part) closer.Close(id);
-}
-
-/// Appends all of a part except its edges, which are in the closer's graph.
-void Append(graph::MapGraph& graph, const graph::MapGraph& part) {
-  graph.keyframes.insert(graph.keyframes.end(), part.keyframes.begin(), part.keyframes.end());
-  graph.trajectory.insert(graph.trajectory.end(), part.trajectory.begin(), part.trajectory.end());
-  graph.weak_spots.insert(graph.weak_spots.end(), part.weak_spots.begin(), part.weak_spots.end());
-  graph.quality.loops += part.quality.loops;
 }
 
 }  // namespace
@@ -53,31 +41,35 @@ void Renumber(graph::MapGraph& graph, std::int64_t offset) {
   }
 }
 
-void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view) {
-  const Pose2 T_own_new = T_base_view_own * T_base_view.Inverse();
+void ChangeBases(graph::Edge& edge, const Pose2& T_own_new_from, const Pose2& T_own_new_to) {
+  const Pose2 T = edge.T_from_to;
+  edge.T_from_to = T_own_new_from.Inverse() * T * T_own_new_to;
+  // d(new) = J d(old): the lever arm at the `to` end turns with the edge's yaw; then everything
+  // is expressed in the new `from` base.
+  const Eigen::Vector2d arm = T.Rotation() * T_own_new_to.Translation();
+  Eigen::Matrix3d jacobian = Eigen::Matrix3d::Identity();
+  jacobian(0, 2) = -arm.y();
+  jacobian(1, 2) = arm.x();
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = T_own_new_from.Rotation().transpose();
+  const Eigen::Matrix3d back = (turn * jacobian).inverse();
+  edge.information = back.transpose() * edge.information * back;
+}
+
+void ChangeBase(graph::Keyframe& keyframe, const Pose2& T_own_new) {
   // The new base is attached rigidly to the old one.
   Eigen::Matrix3d by_own = Eigen::Matrix3d::Identity();
-  for (graph::Keyframe& keyframe : graph.keyframes) {
-    const Eigen::Vector2d arm = keyframe.pose.T_map_base.Rotation() * T_own_new.Translation();
-    by_own(0, 2) = -arm.y();
-    by_own(1, 2) = arm.x();
-    keyframe.pose.covariance = by_own * keyframe.pose.covariance * by_own.transpose();
-    keyframe.pose.T_map_base = keyframe.pose.T_map_base * T_own_new;
-  }
-  for (graph::Edge& edge : graph.edges) {
-    const Pose2 T = edge.T_from_to;
-    edge.T_from_to = T_own_new.Inverse() * T * T_own_new;
-    // d(new) = J d(old): the lever arm at the `to` end turns with the edge's yaw; then everything
-    // is expressed in the new `from` base.
-    const Eigen::Vector2d arm = T.Rotation() * T_own_new.Translation();
-    Eigen::Matrix3d jacobian = Eigen::Matrix3d::Identity();
-    jacobian(0, 2) = -arm.y();
-    jacobian(1, 2) = arm.x();
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() = T_own_new.Rotation().transpose();
-    const Eigen::Matrix3d back = (turn * jacobian).inverse();
-    edge.information = back.transpose() * edge.information * back;
-  }
+  const Eigen::Vector2d arm = keyframe.pose.T_map_base.Rotation() * T_own_new.Translation();
+  by_own(0, 2) = -arm.y();
+  by_own(1, 2) = arm.x();
+  keyframe.pose.covariance = by_own * keyframe.pose.covariance * by_own.transpose();
+  keyframe.pose.T_map_base = keyframe.pose.T_map_base * T_own_new;
+}
+
+void ChangeView(graph::MapGraph& graph, const Pose2& T_base_view_own, const Pose2& T_base_view) {
+  const Pose2 T_own_new = T_base_view_own * T_base_view.Inverse();
+  for (graph::Keyframe& keyframe : graph.keyframes) ChangeBase(keyframe, T_own_new);
+  for (graph::Edge& edge : graph.edges) ChangeBases(edge, T_own_new, T_own_new);
 }
 
 JoinedParts JoinAll(LoopCloser& closer,
@@ -135,7 +127,7 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
 
   MergeResult merged;
   merged.results = joined.results;
-  for (const std::size_t i : joined.joined) Append(merged.graph, parts[i]);
+  for (const std::size_t i : joined.joined) AppendPart(merged.graph, parts[i]);
   std::sort(merged.graph.keyframes.begin(),
             merged.graph.keyframes.end(),
             [](const graph::Keyframe& x, const graph::Keyframe& y) { return x.id < y.id; });
@@ -154,10 +146,7 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   if (across > 0 && static_cast<double>(bad) > kMaxOutlierRatio * static_cast<double>(across)) {
     JoinResult& last = merged.results[joined.joined.back()];
     last.verdict = JoinResult::Verdict::kContradicts;
-    last.reason = fmt::format(
-        "they contradict each other: of {} places that both show, {} do not fit the rest",
-        across,
-        bad);
+    last.reason = ContradictionReason(across, bad);
   }
   graph::FindWeakSpots(merged.graph, closer.Span());
   return merged;

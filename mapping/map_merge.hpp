@@ -14,6 +14,12 @@ namespace ceilmap::mapping {
 /// Adds `offset` to the ids of all keyframes, so that two maps can be merged.
 void Renumber(graph::MapGraph& graph, std::int64_t offset);
 
+/// Expresses an edge between other bases: p_own = T_own_new * p_new at each end.
+void ChangeBases(graph::Edge& edge, const Pose2& T_own_new_from, const Pose2& T_own_new_to);
+
+/// The same for a keyframe's pose and covariance.
+void ChangeBase(graph::Keyframe& keyframe, const Pose2& T_own_new);
+
 /// Changes the base of a graph's keyframes and edges to one from which the pose of the camera is
 /// `T_base_view` instead of `T_base_view_own`, so that maps of differently mounted cameras can be
 /// merged. Frames of the trajectory keep their own base.

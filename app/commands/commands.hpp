@@ -44,6 +44,8 @@ std::vector<Command> AddCompassCommands(CLI::App& program);
 std::vector<Command> AddCalibrateCommands(CLI::App& program);
 Command AddAlignCommand(CLI::App& program);
 Command AddMergeCommand(CLI::App& program);
+Command AddMatchCommand(CLI::App& program);
+Command AddSolveCommand(CLI::App& program);
 Command AddInfoCommand(CLI::App& program);
 Command AddExportCommand(CLI::App& program);
 Command AddRegisterCommand(CLI::App& program);

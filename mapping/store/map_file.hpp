@@ -151,6 +151,8 @@ class MapReader {
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic
   /// By id, with heights, without images.
   [[nodiscard]] std::vector<graph::Keyframe> ReadKeyframes() const;
+  /// Whether any keyframe has heights.
+  [[nodiscard]] bool HasHeights() const;
   [[nodiscard]] cv::Mat ReadImage(std::int64_t keyframe_id) const;
   /// CV_32FC1 as returned by PlaceDescriber.
   [[nodiscard]] cv::Mat ReadDescriptors(std::int64_t keyframe_id) const;

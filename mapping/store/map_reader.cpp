@@ -232,6 +232,12 @@ std::vector<graph::Keyframe> MapReader::ReadKeyframes() const {
   return keyframes;
 }
 
+bool MapReader::HasHeights() const {
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  return impl_->Has(tables::kHeights) && impl_->Layer(tables::kHeights).GetFeatureCount() > 0;
+}
+
 std::vector<graph::FramePose> MapReader::ReadTrajectory() const {
   return impl_->ReadAll<graph::FramePose>(tables::kTrajectory, tables::ToFramePose);
 }
