@@ -301,7 +301,7 @@ SolvedMaps MapSolver::Run() {
     solved_.joined.clear();
     for (const std::size_t map : choice.group.maps) solved_.joined.push_back(by_rank_[map]);
     std::sort(solved_.joined.begin(), solved_.joined.end());
-    if (solved_.joined.size() < 2) solved_.joined.clear();
+    if (solved_.joined.size() < 2 && maps_.size() > 1) solved_.joined.clear();
     if (solved_.joined.empty()) break;
     graph::MapGraph all = Union(choice.group);
     graph::Optimize(all, params_);

@@ -44,7 +44,7 @@ struct SolvedMaps {
 /// The union is that of the largest group of connected maps (most keyframes). Matches that
 /// contradict others are not used: the relative poses of maps in a cycle must close, and more than
 /// two thirds of the edges of each match must agree with the optimum. The order of maps and matches
-/// does not change which maps are joined.
+/// does not change which maps are joined. A single map is optimized alone.
 /// @param maps  all different. @param matches  at most one of two maps, in any order.
 /// @throws InputError naming the match, when its maps are not among `maps` or have other content,
 /// and when maps cannot be used together.

@@ -20,7 +20,7 @@ rows=(
   "mapping/survey: calib/base"
   "mapping/store: mapping/survey mapping/graph mapping/heights calib/base"
   "mapping/mosaic: mapping/store mapping/graph mapping/registration mapping/heights calib calib/base"
-  "mapping: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/wheels calib/base"
+  "mapping: mapping/mosaic mapping/store mapping/survey mapping/places mapping/graph mapping/registration mapping/heights calib calib/wheels calib/base"
   "compensation: mapping/registration mapping/heights calib calib/base"
   "compensation/mount: compensation mapping/registration mapping/heights calib/solve calib calib/wheels calib/base"
   "localization/compass: mapping/registration calib/wheels calib/base"

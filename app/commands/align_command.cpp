@@ -5,13 +5,12 @@
 #include <optional>
 
 #include "app/commands/commands.hpp"
-#include "app/files/control_points_csv.hpp"
+#include "app/commands/point_options.hpp"
 #include "app/files/output_files.hpp"
 #include "app/reports/alignment_drawing.hpp"
 #include "app/reports/alignment_report.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
-#include "mapping/store/crs.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/site_plan.hpp"
 #include "mapping/store/site_update.hpp"
@@ -24,12 +23,10 @@ namespace {
 
 struct AlignOptions {
   fs::path map;
-  fs::path points;
-  std::string crs;
+  PointOptions points;
   fs::path plan;
   fs::path picture;
   fs::path output;
-  survey::AlignParams params;
 
   [[nodiscard]] fs::path Result() const { return output.empty() ? map : output; }
   void Check(files::Existing existing) const;
@@ -42,44 +39,20 @@ void AlignOptions::Check(files::Existing existing) const {
   if (!plan.empty() && picture.empty()) {
     throw InputError("--plan: is drawn under the mosaic; give --picture FILE.svg too");
   }
-  params.Validate();
+  points.Check();
   // Without --output the map itself is changed.
   files::CheckOutputFiles({Result(), picture}, existing, output.empty() ? map : fs::path());
 }
 
-std::vector<survey::ControlPoint> PointsFor(const AlignOptions& options,
-                                            const store::MapReader& map) {
-  files::PickedPoints picked = files::ReadControlPoints(options.points);
-  if (!picked.in_pixels) return std::move(picked.points);
-  const store::MosaicGrid& grid = map.Grid();
-  if (grid.width_px == 0) {
-    throw InputError(fmt::format("{}: gives pixels (col,row), but the map holds no mosaic",
-                                 options.points.string()));
-  }
-  for (survey::ControlPoint& point : picked.points) {
-    const Eigen::Vector2d& px = point.p_map;
-    if (px.x() < -0.5 || px.y() < -0.5 || px.x() > grid.width_px - 0.5 ||
-        px.y() > grid.height_px - 0.5) {
-      throw InputError(fmt::format("{}: point '{}' lies outside the mosaic of {} x {} pixels",
-                                   options.points.string(),
-                                   point.name,
-                                   grid.width_px,
-                                   grid.height_px));
-    }
-    point.p_map = store::PixelToMap(grid, px);
-  }
-  return std::move(picked.points);
-}
-
 survey::Alignment AlignMap(const AlignOptions& options, const store::MapReader& map) {
-  survey::AlignParams params = options.params;
+  survey::AlignParams params = options.points.params;
   // A map in pixels has no scale of its own.
   params.estimate_scale = params.estimate_scale || map.Metadata().unit == "px";
-  const std::vector<survey::ControlPoint> points = PointsFor(options, map);
+  const std::vector<survey::ControlPoint> points = options.points.Read(map.Grid());
   try {
     return survey::Align(points, params);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", options.points.string(), error.what()));
+    throw InputError(fmt::format("{}: {}", options.points.points.string(), error.what()));
   }
 }
 
@@ -103,12 +76,11 @@ void RunAlign(const AlignOptions& options,
               const CommonOptions& common,
               terminal::Summary& summary) {
   options.Check(common.Existing());
-  const std::string crs = options.crs.empty() ? "" : store::ParseCrs(options.crs);
   const store::MapReader map(options.map);
   std::optional<store::SitePlan> plan;
   if (!options.plan.empty()) plan = store::ReadSitePlan(options.plan);
   survey::Alignment alignment = AlignMap(options, map);
-  alignment.site.crs_wkt = crs;
+  alignment.site.crs_wkt = options.points.CrsWkt();
   if (!options.picture.empty()) {
     files::WriteFileAtomically(options.picture, reports::DrawAlignment(map, alignment.site, plan));
     summary.files.push_back(options.picture);
@@ -142,24 +114,10 @@ Command AddAlignCommand(CLI::App& program) {
   cli.add_option("map", options->map, "The map; it is changed, unless --output is given")
       ->required()
       ->type_name("MAP.gpkg");
-  cli.add_option("--points",
-                 options->points,
-                 "Points in the map and the building: name,x,y,site_x,site_y[,sigma_m], or with "
-                 "pixels of the mosaic name,col,row,site_x,site_y[,sigma_m]")
-      ->required()
-      ->type_name("POINTS.csv");
-  cli.add_option("--crs",
-                 options->crs,
-                 "Coordinate reference system of the building, in metres [a local one]")
-      ->type_name("EPSG:N|WKT");
+  options->points.AddTo(cli)->required();
   cli.add_flag("--scale",
-               options->params.estimate_scale,
+               options->points.params.estimate_scale,
                "Estimate the scale of the map too; always done for a map in pixels");
-  cli.add_option("--sigma",
-                 options->params.sigma_m,
-                 "Standard deviation of points that state none: picking, survey and map together")
-      ->capture_default_str()
-      ->type_name("M");
   cli.add_option("--plan",
                  options->plan,
                  "Floor plan in the building's coordinates, for the picture: GeoTIFF, PNG or JPEG "

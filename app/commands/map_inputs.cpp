@@ -8,8 +8,8 @@ namespace fs = std::filesystem;
 
 namespace ceilmap::commands {
 
-void UnionOptions::Resolve(const char* command, files::Existing existing) const {
-  if (maps.size() < 2) throw InputError(fmt::format("{}: give at least two maps", command));
+void UnionOptions::Resolve(const char* command, files::Existing existing, std::size_t least) const {
+  if (maps.size() < least) throw InputError(fmt::format("{}: give at least two maps", command));
   if (output.extension() != ".gpkg") {
     throw InputError(fmt::format("{}: the map's name must end in .gpkg", output.string()));
   }

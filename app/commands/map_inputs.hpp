@@ -17,8 +17,8 @@ struct UnionOptions {
   std::optional<double> resolution;  ///< map units per pixel; unset: as the first map has it
   std::filesystem::path output;
 
-  /// @param command  its name, for the message. @throws InputError
-  void Resolve(const char* command, files::Existing existing) const;
+  /// @param command  its name, for the message. @param least  number of maps. @throws InputError
+  void Resolve(const char* command, files::Existing existing, std::size_t least = 2) const;
 };
 
 /// Maps that are read.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -7,6 +8,8 @@
 
 #include "app/commands/commands.hpp"
 #include "app/commands/map_inputs.hpp"
+#include "app/commands/point_options.hpp"
+#include "app/reports/alignment_report.hpp"
 #include "app/reports/map_quality.hpp"
 #include "app/terminal/clock.hpp"
 #include "app/terminal/console.hpp"
@@ -15,6 +18,7 @@
 #include "calib/base/error.hpp"
 #include "mapping/edges_file.hpp"
 #include "mapping/map_solve.hpp"
+#include "mapping/site_control.hpp"
 
 namespace fs = std::filesystem;
 
@@ -26,7 +30,20 @@ using nlohmann::ordered_json;
 struct SolveOptions {
   UnionOptions maps;
   std::vector<fs::path> edges;
+  PointOptions points;
+
+  [[nodiscard]] bool HasPoints() const { return !points.points.empty(); }
+  void Check(files::Existing existing) const;
 };
+
+void SolveOptions::Check(files::Existing existing) const {
+  // One map is solved alone to straighten it by control points.
+  maps.Resolve("solve", existing, HasPoints() ? 1 : 2);
+  if (maps.maps.size() > 1 && edges.empty()) {
+    throw InputError("solve: give the files of 'ceilmap match' by --edges");
+  }
+  points.Check();
+}
 
 std::string FileName(const fs::path& file) {
   return file.filename().string();
@@ -67,7 +84,7 @@ ordered_json Quality(const mapping::SolvedMaps& solved, const std::vector<fs::pa
 
 void ReportSolved(const mapping::SolvedMaps& solved,
                   const UnionOptions& params,
-                  const std::string& unit) {
+                  const store::MapMetadata& metadata) {
   const graph::MapQuality& quality = solved.graph.quality;
   terminal::Table table;
   table.AddRow({"maps joined", fmt::format("{} of {}", solved.joined.size(), params.maps.size())});
@@ -75,19 +92,48 @@ void ReportSolved(const mapping::SolvedMaps& solved,
   table.AddRow({"keyframes", fmt::format("{}", solved.graph.keyframes.size())});
   table.AddRow(
       {"loops closed", fmt::format("{}", quality.loops.accepted - quality.loops.outliers)});
-  table.AddRow({"they fit to", fmt::format("{:.2g}", quality.loop_rms), unit + " RMS"});
+  table.AddRow({"they fit to", fmt::format("{:.2g}", quality.loop_rms), metadata.unit + " RMS"});
+  if (metadata.site) {
+    reports::AddSite(*metadata.site, table);
+    fmt::print("{}\n", reports::FormatPlain(reports::PointsTable(*metadata.site)));
+  }
   fmt::print("{}written {}\n", table.Format(), params.output.string());
 }
 
+// Straightens the map by the control points, which were picked on the map whose frame it has.
+survey::SiteFrame Control(mapping::SolvedMaps& solved,
+                          const MapInputs& inputs,
+                          const SolveOptions& params,
+                          terminal::Summary& summary) {
+  const store::MapReader& first = *inputs.Maps()[solved.joined.front()].map;
+  const cv::Size view = first.Metadata().view_size;
+  const double reach = std::hypot(view.width, view.height) * first.Metadata().view_units_per_px;
+  survey::AlignParams align = params.points.params;
+  align.estimate_scale = first.Metadata().unit == "px";
+  const std::vector<survey::ControlPoint> points = params.points.Read(first.Grid());
+  survey::Alignment alignment;
+  try {
+    alignment = mapping::ControlMap(solved.graph, points, reach, align);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", params.points.points.string(), error.what()));
+  }
+  alignment.site.crs_wkt = params.points.CrsWkt();
+  for (const std::string& warning : reports::WarningsOf(alignment, first.Metadata().unit)) {
+    terminal::PrintWarning(warning);
+  }
+  summary.quality["site"] = reports::ToJson(alignment.site);
+  return alignment.site;
+}
+
 void RunSolve(const SolveOptions& params, const CommonOptions& common, terminal::Summary& summary) {
-  params.maps.Resolve("solve", common.Existing());
+  params.Check(common.Existing());
   std::vector<mapping::NamedMatch> matches;
   for (const fs::path& file : params.edges) {
     matches.push_back({mapping::ReadEdges(file), file.string()});
   }
   const MapInputs inputs(params.maps.maps);
   auto start = std::chrono::steady_clock::now();
-  const mapping::SolvedMaps solved = mapping::SolveMaps(inputs.Maps(), matches);
+  mapping::SolvedMaps solved = mapping::SolveMaps(inputs.Maps(), matches);
   summary.stages_ms["solve"] = 1e3 * terminal::SecondsSince(start);
   Warn(solved, params.maps.maps);
   summary.quality = Quality(solved, params.maps.maps);
@@ -98,7 +144,8 @@ void RunSolve(const SolveOptions& params, const CommonOptions& common, terminal:
   std::vector<mapping::NamedMap> joined;
   for (const std::size_t map : solved.joined) joined.push_back(inputs.Maps()[map]);
   const mapping::CommonView view(joined);
-  const store::MapMetadata metadata = DescribeUnion(joined, view, params.maps.resolution, common);
+  store::MapMetadata metadata = DescribeUnion(joined, view, params.maps.resolution, common);
+  if (params.HasPoints()) metadata.site = Control(solved, inputs, params, summary);
   store::MapWriter writer(params.maps.output, metadata);
   inputs.CheckCurrent();
   start = std::chrono::steady_clock::now();
@@ -113,7 +160,7 @@ void RunSolve(const SolveOptions& params, const CommonOptions& common, terminal:
   summary.stages_ms["draw"] = 1e3 * terminal::SecondsSince(start);
   summary.files = {params.maps.output};
   summary.frames = static_cast<std::int64_t>(solved.graph.trajectory.size());
-  if (!common.quiet) ReportSolved(solved, params.maps, metadata.unit);
+  if (!common.quiet) ReportSolved(solved, params.maps, metadata);
 }
 
 }  // namespace
@@ -123,8 +170,10 @@ Command AddSolveCommand(CLI::App& program) {
       program,
       "solve",
       "Makes one map of many that 'ceilmap match' has compared; maps that do not connect "
-      "are left out and named.",
-      "ceilmap solve east.gpkg west.gpkg --edges east-west.edges -o site.gpkg");
+      "are left out and named. Control points (--points) place it in its building and straighten "
+      "it.",
+      "ceilmap solve east.gpkg west.gpkg --edges east-west.edges -o site.gpkg\n"
+      "  ceilmap solve corridor.gpkg --points points.csv -o straight.gpkg");
   auto params = std::make_shared<SolveOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("maps",
@@ -133,8 +182,8 @@ Command AddSolveCommand(CLI::App& program) {
       ->required()
       ->type_name("MAP.gpkg");
   cli.add_option("--edges", params->edges, "Files of 'ceilmap match', one for each pair of maps")
-      ->required()
       ->type_name("AB.edges");
+  params->points.AddTo(cli);
   cli.add_option("--resolution",
                  params->maps.resolution,
                  "Metres per map pixel [that of the first joined map]")
