@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <unordered_set>
 
 #include "calib/base/error.hpp"
@@ -39,10 +41,16 @@ class ControlledGraph {
                   std::span<const ControlMeasurement> measurements,
                   const Similarity2& S_site_map);
 
-  /// Moves the poses to the optimum. @param edge_factor  of the covariances of the map's edges.
-  void Solve(double edge_factor, const PoseGraphParams& params);
-  /// The median of the points' squared residuals in units of their variance.
-  [[nodiscard]] double MedianChi2() const;
+  /// Moves the poses to the optimum, with the smallest factor of the covariances of the map's edges
+  /// with which the points fit as well as `measure` of their squared residuals asks.
+  /// @param least  factor to begin with.
+  struct Fit {
+    double (*measure)(const std::vector<double>& chi2);
+    double most = 0;
+  };
+  double Solve(double least, const Fit& fit, const PoseGraphParams& params);
+  /// Squared residuals of the points in units of their variance.
+  [[nodiscard]] std::vector<double> Chi2() const;
   [[nodiscard]] std::vector<Eigen::Matrix3d> Covariances(const PoseGraphParams& params) const {
     return MarginalCovariances(edges_, fixed_, poses_, params);
   }
@@ -97,14 +105,19 @@ ControlledGraph::ControlledGraph(const MapGraph& graph,
   }
 }
 
-void ControlledGraph::Solve(double edge_factor, const PoseGraphParams& params) {
-  for (std::size_t i = 0; i < informations_.size(); ++i) {
-    edges_[i].information = informations_[i] / edge_factor;
+double ControlledGraph::Solve(double least, const Fit& fit, const PoseGraphParams& params) {
+  constexpr double kStep = 4;
+  constexpr double kMaxFactor = 1e6;
+  for (double factor = least;; factor *= kStep) {
+    for (std::size_t i = 0; i < informations_.size(); ++i) {
+      edges_[i].information = informations_[i] / factor;
+    }
+    OptimizePoses(edges_, fixed_, poses_, params);
+    if (fit.measure(Chi2()) <= fit.most || factor > kMaxFactor) return factor;
   }
-  OptimizePoses(edges_, fixed_, poses_, params);
 }
 
-double ControlledGraph::MedianChi2() const {
+std::vector<double> ControlledGraph::Chi2() const {
   std::vector<double> all;
   for (std::size_t i = informations_.size() + 1; i < edges_.size(); i += 2) {
     const Edge& edge = edges_[i];
@@ -112,37 +125,99 @@ double ControlledGraph::MedianChi2() const {
                            poses_[static_cast<std::size_t>(edge.from)],
                            poses_[static_cast<std::size_t>(edge.to)]));
   }
-  return Median(std::move(all));
+  return all;
+}
+
+double Mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+double MedianOf(const std::vector<double>& values) {
+  return Median(values);
+}
+// Of squared residuals with two degrees of freedom; a wrong point has no influence on the median.
+const ControlledGraph::Fit kAllFit{&Mean, 2};
+const ControlledGraph::Fit kMostFit{&MedianOf, 1.386};
+
+/// A choice of the measurements, and the graph with them.
+struct Agreement {
+  std::vector<std::size_t> used;
+  std::optional<ControlledGraph> controlled;
+  double factor = 1;
+};
+
+class Chooser {
+ public:
+  Chooser(const MapGraph& graph,
+          std::span<const ControlMeasurement> measurements,
+          const Similarity2& S_site_map,
+          const PoseGraphParams& params)
+      : graph_(graph),
+        measurements_(measurements),
+        S_site_map_(S_site_map),
+        params_(params),
+        least_(std::max(1.0, graph.quality.chi2_per_dof)) {}
+
+  /// All measurements except those that contradict the others.
+  [[nodiscard]] Agreement Choose() const;
+
+ private:
+  [[nodiscard]] Agreement With(std::vector<std::size_t> used,
+                               const ControlledGraph::Fit& fit) const;
+
+  const MapGraph& graph_;
+  std::span<const ControlMeasurement> measurements_;
+  const Similarity2& S_site_map_;
+  const PoseGraphParams& params_;
+  double least_;
+};
+
+Agreement Chooser::With(std::vector<std::size_t> used, const ControlledGraph::Fit& fit) const {
+  Agreement agreement;
+  std::vector<ControlMeasurement> chosen;
+  for (const std::size_t i : used) chosen.push_back(measurements_[i]);
+  agreement.used = std::move(used);
+  agreement.controlled.emplace(graph_, chosen, S_site_map_);
+  agreement.factor = agreement.controlled->Solve(least_, fit, params_);
+  return agreement;
+}
+
+Agreement Chooser::Choose() const {
+  constexpr double kContradicts = 30;  // times the factor without the point
+  constexpr std::size_t kMinPoints = 5;
+  std::vector<std::size_t> all(measurements_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  Agreement best = With(std::move(all), kAllFit);
+  while (best.factor >= kContradicts * least_ && best.used.size() > kMinPoints) {
+    const std::vector<double> chi2 = With(best.used, kMostFit).controlled->Chi2();
+    std::vector<std::size_t> others = best.used;
+    others.erase(others.begin() + (std::max_element(chi2.begin(), chi2.end()) - chi2.begin()));
+    Agreement without = With(std::move(others), kAllFit);
+    if (without.factor * kContradicts > best.factor) break;
+    best = std::move(without);
+  }
+  return best;
 }
 
 }  // namespace
 
-void Straighten(MapGraph& graph,
-                std::span<const ControlMeasurement> measurements,
-                const Similarity2& S_site_map,
-                const PoseGraphParams& params) {
-  if (graph.keyframes.empty() || measurements.empty()) return;
+std::vector<bool> Straighten(MapGraph& graph,
+                             std::span<const ControlMeasurement> measurements,
+                             const Similarity2& S_site_map,
+                             const PoseGraphParams& params) {
+  std::vector<bool> used(measurements.size(), false);
+  if (graph.keyframes.empty() || measurements.empty()) return used;
   CheckMeasurements(graph, measurements);
   const std::vector<Tie> ties = Ties(graph);
   const Legs legs = LegsOf(graph);
-  ControlledGraph controlled(graph, measurements, S_site_map);
-  // A bend has causes that all edges have in common (lens, mounting), which their covariances do
-  // not contain. They are enlarged until the points fit as well as their standard deviations say.
-  constexpr double kMedianOfChi2With2 = 1.386;
-  constexpr double kMaxFactor = 1e5;
-  PoseGraphParams plain = params;
+  PoseGraphParams plain = params;  // false closures were removed by Optimize
   plain.loop_loss_scale = 0;
-  double factor = std::max(1.0, graph.quality.chi2_per_dof);
-  for (controlled.Solve(factor, plain);
-       controlled.MedianChi2() > kMedianOfChi2With2 && factor < kMaxFactor;
-       controlled.Solve(factor, plain)) {
-    factor *= 2;
-  }
-  controlled.Solve(factor, params);  // without the influence of wrong points
-  const auto covariances = controlled.Covariances(params);
-  PlaceKeyframes(graph, controlled.Poses(), covariances, 1);
+  const Agreement agreement = Chooser(graph, measurements, S_site_map, plain).Choose();
+  for (const std::size_t i : agreement.used) used[i] = true;
+  const ControlledGraph& controlled = *agreement.controlled;
+  PlaceKeyframes(graph, controlled.Poses(), controlled.Covariances(plain), 1);
   MeasureQuality(graph, controlled.Poses(), graph.quality);
-  PlaceFrames(graph, ties, legs, factor);
+  PlaceFrames(graph, ties, legs, agreement.factor);
+  return used;
 }
 
 }  // namespace ceilmap::graph

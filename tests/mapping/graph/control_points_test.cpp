@@ -104,7 +104,8 @@ TEST(Straighten, ABentCorridorBecomesStraight) {
     Straighten(corridor.graph, corridor.Points(0.002), corridor.site);
     // What is left is the curvature between two points: 3 mm by geometry, and their noise.
     EXPECT_LT(corridor.Bend(), 0.008) << seed;
-    EXPECT_NEAR(corridor.Length(), 60, 0.006) << seed;
+    // The direction at the ends is known to some milliradians, and the points lie 1 m aside.
+    EXPECT_NEAR(corridor.Length(), 60, 0.02) << seed;
   }
 }
 
@@ -124,21 +125,22 @@ TEST(Straighten, ExactPointsOfAStraightMapChangeNothing) {
   }
 }
 
-TEST(Straighten, AWrongPointHasNoInfluence) {
+TEST(Straighten, AWrongPointIsNotUsed) {
   Corridor corridor(4, 0.00005);
   std::vector<ControlMeasurement> points = corridor.Points(0.003);
   Corridor same(4, 0.00005);
   std::vector<ControlMeasurement> without = points;
   without.erase(without.begin() + 3);
   points[3].p_site.x() += 0.5;
-  Straighten(corridor.graph, points, corridor.site);
+  const std::vector<bool> used = Straighten(corridor.graph, points, corridor.site);
+  for (std::size_t i = 0; i < used.size(); ++i) EXPECT_EQ(used[i], i != 3) << i;
   Straighten(same.graph, without, same.site);
   for (std::size_t i = 0; i < corridor.graph.keyframes.size(); ++i) {
     EXPECT_NEAR((corridor.graph.keyframes[i].pose.T_map_base.Translation() -
                  same.graph.keyframes[i].pose.T_map_base.Translation())
                     .norm(),
                 0,
-                0.005);
+                1e-6);
   }
 }
 
