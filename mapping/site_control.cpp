@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <limits>
 #include <unordered_map>
 
@@ -51,14 +53,16 @@ std::vector<survey::ControlPoint> Moved(const graph::MapGraph& graph,
   return points;
 }
 
-std::vector<graph::ControlMeasurement> Measurements(const survey::SiteFrame& site,
-                                                    const std::vector<SeenPoint>& seen) {
+/// The points that an alignment uses.
+std::vector<graph::ControlMeasurement> Measurements(
+    const survey::SiteFrame& site,
+    const std::vector<SeenPoint>& seen,
+    const std::vector<survey::ControlPoint>& points) {
   std::vector<graph::ControlMeasurement> measurements;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const survey::AlignedPoint& point = site.points[i];
-    if (!point.used) continue;
+    if (!site.points[i].used) continue;
     measurements.push_back(
-        {seen[i].keyframe_id, seen[i].p_base, point.point.p_site, point.point.sigma_m});
+        {seen[i].keyframe_id, seen[i].p_base, points[i].p_site, points[i].sigma_m});
   }
   return measurements;
 }
@@ -70,24 +74,39 @@ bool UsesTheSame(const survey::SiteFrame& a, const survey::SiteFrame& b) {
   return true;
 }
 
+/// The alignment of a map that may be bent by this fraction of its size.
+survey::Alignment AlignBent(std::vector<survey::ControlPoint> points,
+                            const survey::AlignParams& params) {
+  constexpr double kBend = 0.005;
+  Eigen::AlignedBox2d box;
+  for (const survey::ControlPoint& point : points) box.extend(point.p_site);
+  const double bend_m = points.empty() ? 0 : kBend * box.diagonal().norm();
+  for (survey::ControlPoint& point : points) point.sigma_m = std::max(point.sigma_m, bend_m);
+  return survey::Align(points, params);
+}
+
 }  // namespace
 
 survey::Alignment ControlMap(graph::MapGraph& graph,
-                             const std::vector<survey::ControlPoint>& points,
+                             const std::vector<survey::ControlPoint>& picked,
                              double reach,
                              const survey::AlignParams& align,
                              const graph::PoseGraphParams& pose_graph) {
+  std::vector<survey::ControlPoint> points = picked;
   std::vector<SeenPoint> seen;
-  for (const survey::ControlPoint& point : points) seen.push_back(NearestView(graph, point, reach));
+  for (survey::ControlPoint& point : points) {
+    if (point.sigma_m == 0) point.sigma_m = align.sigma_m;
+    seen.push_back(NearestView(graph, point, reach));
+  }
   const graph::MapGraph before = graph;
-  survey::Alignment alignment = survey::Align(points, align);
+  survey::Alignment alignment = AlignBent(points, align);
   // A bend can hide a wrong point, and exclude good ones at its ends: those that agree with the
   // straightened map are used in the next round.
   constexpr int kMaxRounds = 5;
   for (int round = 0; round < kMaxRounds; ++round) {
     graph = before;
     graph::Straighten(
-        graph, Measurements(alignment.site, seen), alignment.site.S_site_map, pose_graph);
+        graph, Measurements(alignment.site, seen, points), alignment.site.S_site_map, pose_graph);
     survey::Alignment next = survey::Align(Moved(graph, seen, points), align);
     const bool settled = UsesTheSame(next.site, alignment.site);
     alignment = std::move(next);
