@@ -31,6 +31,8 @@ constexpr double kMinMatchRatio = 0.5;
 // Another relative pose that is confirmed by this fraction of the best one's matches makes both
 // ambiguous.
 constexpr double kRivalRatio = 0.5;
+// ... unless this fraction of the best one's matches is unique without a prior, and few of its own.
+constexpr double kMinUniqueRatio = 0.8;
 constexpr int kMaxChecks = 40;  // largest number of keyframes that test a relative pose
 // Two matches agree when they differ by at most this fraction of an image's span ...
 constexpr double kToleranceRatio = 0.08;
@@ -252,7 +254,9 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   };
   const auto best =
       std::max_element(tested.begin(), tested.end(), [&](const Tested& x, const Tested& y) {
-        return holds(x) != holds(y) ? holds(y) : x.matched < y.matched;
+        if (holds(x) != holds(y)) return holds(y);
+        return holds(x) && x.distinct != y.distinct ? x.distinct < y.distinct
+                                                    : x.matched < y.matched;
       });
   if (best == tested.end()) {
     result.verdict = ambiguous_ > 0 ? JoinResult::Verdict::kAmbiguous : result.verdict;
@@ -284,9 +288,13 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
                     best->expected);
     return result;
   }
+  // Where nearly all images fit at only one position, a rival needs images that do so as well:
+  // under a lattice of tiles and lamps, images fit at many positions where a prior expects them to.
+  const bool unique = best->distinct >= kMinUniqueRatio * best->matched;
   const auto rival = std::find_if(tested.begin(), tested.end(), [&](const Tested& t) {
-    return holds(t) && t.matched >= kRivalRatio * best->matched &&
-           Differ(t.hypothesis, best->hypothesis);
+    const bool as_many = unique ? t.distinct >= kRivalRatio * best->distinct
+                                : t.matched >= kRivalRatio * best->matched;
+    return holds(t) && as_many && Differ(t.hypothesis, best->hypothesis);
   });
   if (rival != tested.end() || best->distinct < kMinMatches) {
     result.verdict = JoinResult::Verdict::kAmbiguous;

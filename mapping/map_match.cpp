@@ -22,12 +22,6 @@ MatchedMap Identity(const std::string& name,
   return {std::filesystem::path(name).filename().string(), graph::Fingerprint(keyframes, edges)};
 }
 
-std::vector<std::int64_t> KeyframeIds(const graph::MapGraph& graph) {
-  std::vector<std::int64_t> ids;
-  for (const graph::Keyframe& keyframe : graph.keyframes) ids.push_back(keyframe.id);
-  return ids;
-}
-
 /// The edges of a joined graph from part 0 to part 1, by the ids and between the bases of the maps.
 std::vector<graph::Edge> EdgesAcross(const graph::MapGraph& joined,
                                      const PartIds& ids,
@@ -119,10 +113,12 @@ MapMatch MatchMaps(const NamedMap& a, const NamedMap& b, const MapperParams& par
   for (graph::MapGraph& graph : parts.graphs) ToCommonView(maps, view, parts.ids, graph);
   PartImages images(maps, view, parts.ids, parts.graphs);
   const DescriptorSource descriptors = [&](std::int64_t id) { return images.Descriptors(id); };
-  if (!MayMeet(KeyframeIds(parts.graphs[0]), KeyframeIds(parts.graphs[1]), descriptors)) {
+  if (!MayMeet(view.View(), parts.graphs[0].keyframes, parts.graphs[1].keyframes, descriptors)) {
     match.result.reason = "no overlap found: no image of one map looks like one of the other";
     return match;
   }
+  const std::int64_t compared_before =
+      parts.graphs[0].quality.loops.compared + parts.graphs[1].quality.loops.compared;
   const MergeResult merged = MergeGraphs(
       view.View(),
       parts.graphs,
@@ -131,6 +127,7 @@ MapMatch MatchMaps(const NamedMap& a, const NamedMap& b, const MapperParams& par
       LoopParams(params, view.View(), view.Metadata()),
       params.pose_graph);
   match.result = merged.results[1];
+  match.result.compared = static_cast<int>(merged.graph.quality.loops.compared - compared_before);
   match.result.edges.clear();
   if (!merged.ok()) return match;
   match.result.edges = EdgesAcross(

@@ -1,19 +1,23 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 
+#include "calib/ceiling_view.hpp"
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/map_joiner.hpp"
 
 namespace ceilmap::mapping {
 
 /// Whether two parts of a map may show a common piece of ceiling, by their place descriptors alone:
-/// some images of b have several windows that correspond to those of one image of a under one
-/// motion. Parts of other ceilings rarely do; parts with a common area, or under ceilings that
-/// repeat, always did in the measurements of tests/bench/README.md ("Pruning"). When in doubt:
-/// true. Takes about a millisecond for each keyframe, a hundredth of JoinParts.
-bool MayMeet(std::span<const std::int64_t> a,
-             std::span<const std::int64_t> b,
+/// images of three keyframes of b resemble images of a at one relative pose of the parts. Parts
+/// with a common area that JoinParts accepts have many such images; so have parts under equal
+/// lattices of tiles or lamps, which only a registration distinguishes. When in doubt: true. It
+/// takes a few milliseconds for each keyframe, a hundredth of JoinParts. Figures:
+/// mapping/README.md, "Several recordings".
+/// @param view  of the images of both. @param a, b  with poses in the frame of each part.
+bool MayMeet(const calib::CeilingView& view,
+             std::span<const graph::Keyframe> a,
+             std::span<const graph::Keyframe> b,
              const DescriptorSource& descriptors);
 
 }  // namespace ceilmap::mapping

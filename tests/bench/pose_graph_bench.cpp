@@ -4,12 +4,17 @@
 
 #include <ceres/ceres.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -202,10 +207,47 @@ bool Compare(const std::string& name, const graph::synthetic::World& world, int 
   return std::max(own, common) <= kMaxCostDifference;
 }
 
-int Main(int repetitions) {
+/// Peak memory of a process that makes a graph and optimizes it, MB.
+double PeakMegabytes(int side, const std::function<void(graph::synthetic::PoseGraph&)>& solve) {
+  const pid_t child = fork();
+  if (child == 0) {
+    graph::synthetic::World world = graph::synthetic::Lawnmower(side, side, 1);
+    solve(world.graph);
+    _exit(0);
+  }
+  int status = 0;
+  rusage usage{};
+  wait4(child, &status, 0, &usage);
+  constexpr double kKilobytes = 1024;
+  return static_cast<double>(usage.ru_maxrss) / kKilobytes;
+}
+
+void PrintMemory(int side) {
+  const auto ceres = [](const graph::synthetic::PoseGraph& graph) {
+    Outcome outcome;
+    SolvePlain(graph, outcome);
+  };
+  const auto ours = [](const graph::synthetic::PoseGraph& graph) {
+    Outcome outcome;
+    SolveOurs(graph, {.loop_loss_scale = 0}, outcome);
+  };
+  const auto whole = [](graph::synthetic::PoseGraph& graph) {
+    graph::MarginalCovariances(graph.edges, graph.fixed, graph.poses);
+  };
+  const double empty = PeakMegabytes(side, [](graph::synthetic::PoseGraph&) {});
+  fmt::print(
+      "{} poses: peak memory beyond {:.0f} MB of the process and its graph\n", side * side, empty);
+  fmt::print("  Ceres, usual form     {:>6.0f} MB\n", PeakMegabytes(side, ceres) - empty);
+  fmt::print("  OptimizePoses         {:>6.0f} MB\n", PeakMegabytes(side, ours) - empty);
+  fmt::print("  MarginalCovariances   {:>6.0f} MB\n\n", PeakMegabytes(side, whole) - empty);
+  std::fflush(stdout);
+}
+
+int Main(int repetitions, int side) {
+  PrintMemory(side);
   const bool manhattan = Compare("manhattan", graph::synthetic::Manhattan(3500, 1), repetitions);
   const bool lawnmower =
-      Compare("lawnmower", graph::synthetic::Lawnmower(100, 100, 1), repetitions);
+      Compare("lawnmower", graph::synthetic::Lawnmower(side, side, 1), repetitions);
   if (manhattan && lawnmower) return 0;
   fmt::print("the costs differ by more than {:.0e}\n", kMaxCostDifference);
   return 1;
@@ -214,8 +256,10 @@ int Main(int repetitions) {
 }  // namespace
 }  // namespace ceilmap::mapping
 
-/// Usage: ceilmap_pose_graph_bench [REPETITIONS]
+/// Usage: ceilmap_pose_graph_bench [REPETITIONS [SIDE]]
+/// SIDE: of the second graph, 100 for 10,000 poses; 200 for the map of a building.
 int main(int argc, char** argv) {
   const int repetitions = argc > 1 ? std::max(1, std::atoi(argv[1])) : 7;
-  return ceilmap::mapping::Main(repetitions);
+  const int side = argc > 2 ? std::clamp(std::atoi(argv[2]), 2, 2000) : 100;
+  return ceilmap::mapping::Main(repetitions, side);
 }

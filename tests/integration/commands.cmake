@@ -61,6 +61,7 @@ ceilmap_add_test(sites_test RUNS_PROGRAM COST 45
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/durability_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/sites_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/solve_command_test.cpp
   LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(heading_test RUNS_PROGRAM COST 15

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mapping/map_union.hpp"
+#include "mapping/common_view.hpp"
 #include "tests/mapping/synthetic_drive.hpp"
 
 namespace ceilmap::mapping {

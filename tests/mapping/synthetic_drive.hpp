@@ -33,6 +33,18 @@ inline calib::CeilingView SmallView() {
   return {up, 2.6};
 }
 
+/// A camera of another size, height and lens, mounted elsewhere and turned: 300 x 280 px of 8 mm.
+inline calib::CeilingView OtherView() {
+  calib::MountedCamera up;
+  up.camera = {300, 280, 200, 200, 149.5, 139.5, {}};
+  up.T_base_cam.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  up.T_base_cam.translation() = Eigen::Vector3d(-0.1, 0.07, 1.0);
+  return {up, 2.6};
+}
+
+/// Metres per pixel of the ceiling, at which SmallView shows it.
+inline constexpr double kCeilingUnit = 0.01;
+
 /// Identical tiles.
 inline CeilingParams Periodic(double tile_px) {
   CeilingParams params;
@@ -74,8 +86,12 @@ class DriveUnder {
   DriveUnder(const CeilingParams& ceiling,
              const std::vector<Pose2>& truths,
              const DriftParams& drift = {},
-             std::int64_t first_id = 0)
-      : ceiling_(ceiling), drift_(drift), random_(7 + static_cast<unsigned>(first_id)) {
+             std::int64_t first_id = 0,
+             const calib::CeilingView& camera_view = SmallView())
+      : view(camera_view),
+        ceiling_(ceiling),
+        drift_(drift),
+        random_(7 + static_cast<unsigned>(first_id)) {
     for (std::size_t i = 0; i < truths.size(); ++i) {
       const std::int64_t id = first_id + static_cast<std::int64_t>(i);
       truth[id] = truths[i];
@@ -96,8 +112,9 @@ class DriveUnder {
   }
 
   [[nodiscard]] cv::Mat Image(std::int64_t id) const {
-    return ceiling_.Render(
-        {320, 240}, MotionAt(view, truth.at(id)), 1.5, static_cast<std::uint32_t>(id) + 1);
+    registration::ImageMotion motion = MotionAt(view, truth.at(id));
+    motion.scale = kCeilingUnit / view.MetresPerPixel();
+    return ceiling_.Render(view.Size(), motion, 1.5, static_cast<std::uint32_t>(id) + 1);
   }
   [[nodiscard]] cv::Mat Descriptors(std::int64_t id) const {
     places::PlaceDescriber describer(
@@ -113,7 +130,7 @@ class DriveUnder {
     return off.Translation().norm();
   }
 
-  const calib::CeilingView view = SmallView();
+  calib::CeilingView view;
   std::map<std::int64_t, Pose2> truth;
   graph::MapGraph graph;  ///< as the odometry has it
 
