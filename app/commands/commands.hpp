@@ -42,6 +42,8 @@ Command AddHeadingCommand(CLI::App& program);
 std::vector<Command> AddCompassCommands(CLI::App& program);
 /// `calibrate` and its subcommands.
 std::vector<Command> AddCalibrateCommands(CLI::App& program);
+/// `site` and its subcommands.
+std::vector<Command> AddSiteCommands(CLI::App& program);
 Command AddMergeCommand(CLI::App& program);
 Command AddInfoCommand(CLI::App& program);
 Command AddExportCommand(CLI::App& program);
