@@ -2,8 +2,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/pidfd.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -113,7 +113,8 @@ JobProcess::JobProcess(const ProcessSpec& spec) {
   pid_ = fork();
   if (pid_ == 0) RunChild(job);
   if (pid_ < 0) throw RunError(fmt::format("no process can be started ({})", Reason(errno)));
-  descriptor_ = pidfd_open(pid_, 0);  // close-on-exec
+  // By its number: <sys/pidfd.h> of glibc 2.36 is not for C++. Close-on-exec.
+  descriptor_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
   if (descriptor_ >= 0) return;
   const std::string reason = Reason(errno);
   Send(SIGKILL);

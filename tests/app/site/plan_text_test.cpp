@@ -15,7 +15,7 @@ namespace {
 using support::ReadAll;
 using testing::HasSubstr;
 
-support::ProcessResult Run(const std::vector<std::string>& words, const SiteFolder& site) {
+support::ProcessResult RunIn(const std::vector<std::string>& words, const SiteFolder& site) {
   return support::ChildProcess(words, site.folder.Path().string()).Wait();
 }
 
@@ -24,23 +24,23 @@ constexpr const char* kHostile =
     "output: site.gpkg\n"
     "work: \"wo rk #1 $x:y\"\n"
     "recordings:\n"
-    "  - {name: a, rig: rig.yaml, up: \"it's $(touch hacked) `touch hacked` #1 $HOME.mp4\",\n"
+    "  - {name: a, rig: rig.yaml, up: \"it's `touch hacked` & #1: $HOME [x]?*.mp4\",\n"
     "     options: [\"'; touch hacked; '\", '$(shell touch hacked)', '\\', 'a  b', '#', '*', "
     "'~']}\n"
     "  - {name: b, rig: rig.yaml, up: b.mp4}\n"
     "options: {solve: ['$$', '\"', '&& touch hacked']}\n";
 
 void WriteHostile(const SiteFolder& site) {
-  site.folder.Write("it's $(touch hacked) `touch hacked` #1 $HOME.mp4", "x");
+  site.folder.Write("it's `touch hacked` & #1: $HOME [x]?*.mp4", "x");
   for (const char* const name : {"rig.yaml", "b.mp4"}) site.Touch(name, 1000);
-  site.Touch("it's $(touch hacked) `touch hacked` #1 $HOME.mp4", 2000);
+  site.Touch("it's `touch hacked` & #1: $HOME [x]?*.mp4", 2000);
 }
 
 TEST(ShellWord, IsTheText) {
   const SiteFolder site;
   for (const std::string text : {"", "a b", "it's", "$HOME `x` \"\\", "*", "a\nb", "-n'"}) {
     const support::ProcessResult result =
-        Run({"/bin/sh", "-c", "printf %s " + ShellWord(text)}, site);
+        RunIn({"/bin/sh", "-c", "printf %s " + ShellWord(text)}, site);
     EXPECT_EQ(result.out, text) << result.err;
   }
 }
@@ -78,7 +78,7 @@ TEST(MakeText, IsAMakefileOfAllJobs) {
                 "' && mkdir -p 'site.work/matches' 'site.work/logs' && SOURCE_DATE_EPOCH=1000 "
                 "'/bin/ceilmap' 'match' 'site.work/maps/a.gpkg' 'site.work/maps/b.gpkg' '-o' "
                 "'site.work/matches/a--b.edges' '--force' >'site.work/logs/match-a--b.log' 2>&1 || "
-                "{ echo 'match-a--b'' failed, see ''site.work/logs/match-a--b.log'\": $$(tail -n 1 "
+                "{ echo 'match-a--b'' failed, see ''site.work/logs/match-a--b.log': \"$$(tail -n 1 "
                 "'site.work/logs/match-a--b.log')\" >&2; exit 1; }\n"));
 }
 
@@ -88,7 +88,7 @@ TEST(MakeText, RunsEveryWordAsItIs) {
   const Plan plan = WithExistingInputs(site.PlanOf(kHostile));
   const std::filesystem::path program = site.Script("stand in", kStandIn);
   site.folder.Write("site.mk", MakeText(plan, program, ResultDates(plan)));
-  const support::ProcessResult result = Run({"/usr/bin/make", "-j2", "-f", "site.mk"}, site);
+  const support::ProcessResult result = RunIn({"/usr/bin/make", "-j2", "-f", "site.mk"}, site);
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_FALSE(std::filesystem::exists(site.folder / "hacked"));
   std::string expected = "2000\n";
@@ -99,9 +99,9 @@ TEST(MakeText, RunsEveryWordAsItIs) {
   EXPECT_EQ(ReadAll(site.folder / plan.jobs[0].output), expected);
   EXPECT_THAT(ReadAll(site.folder / "site.gpkg"), HasSubstr("\n$$\n\"\n&& touch hacked\n"));
   // Nothing is left to do, and only what depends on a changed file then.
-  EXPECT_EQ(Run({"/usr/bin/make", "-q", "-f", "site.mk"}, site).exit_code, 0);
+  EXPECT_EQ(RunIn({"/usr/bin/make", "-q", "-f", "site.mk"}, site).exit_code, 0);
   site.folder.Write("b.mp4", "new");
-  const support::ProcessResult again = Run({"/usr/bin/make", "-j1", "-f", "site.mk"}, site);
+  const support::ProcessResult again = RunIn({"/usr/bin/make", "-j1", "-f", "site.mk"}, site);
   EXPECT_EQ(again.out, "map-b\nmatch-a--b\nsolve\n") << again.err;
 }
 
@@ -111,7 +111,7 @@ TEST(MakeText, AFailedJobNamesItsLogAndLeavesNoResult) {
   const std::filesystem::path program = site.Script(
       "ceilmap", std::string(kStandIn) + "case $* in *up=b.mp4*) echo no ceiling; exit 1;; esac\n");
   site.folder.Write("site.mk", MakeText(plan, program, ResultDates(plan)));
-  const support::ProcessResult result = Run({"/usr/bin/make", "-k", "-f", "site.mk"}, site);
+  const support::ProcessResult result = RunIn({"/usr/bin/make", "-k", "-f", "site.mk"}, site);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("map-b failed, see site.work/logs/map-b.log: no ceiling\n"));
   EXPECT_TRUE(std::filesystem::exists(site.folder / "site.work/maps/a.gpkg"));
@@ -132,9 +132,9 @@ TEST(MakeText, CommandLinesHaveAnEnd) {
 }
 
 /// Runs a script for sbatch without Slurm: an `sbatch` that runs each task of an array at once.
-class SbatchText : public testing::Test {
+class SbatchScript : public testing::Test {
  protected:
-  SbatchText() {
+  SbatchScript() {
     std::filesystem::create_directory(site_.folder / "bin");
     site_.Script("bin/sbatch",
                  "echo \"$*\" >>submitted\n"
@@ -150,16 +150,16 @@ class SbatchText : public testing::Test {
 
   support::ProcessResult Submit(const Plan& plan, const std::string& program) const {
     site_.folder.Write("site.sh",
-                       site::SbatchText(plan, site_.Script("ceilmap", program), ResultDates(plan)));
+                       SbatchText(plan, site_.Script("ceilmap", program), ResultDates(plan)));
     for (const char* const file : {"submitted", "tasks"}) {
       std::filesystem::remove(site_.folder / file);
     }
-    return Run({"/usr/bin/env",
-                "PATH=" + (site_.folder / "bin").string() + ":/usr/bin:/bin",
-                "bash",
-                "site.sh",
-                "--partition=long"},
-               site_);
+    return RunIn({"/usr/bin/env",
+                  "PATH=" + (site_.folder / "bin").string() + ":/usr/bin:/bin",
+                  "bash",
+                  "site.sh",
+                  "--partition=long"},
+                 site_);
   }
 
   [[nodiscard]] std::map<std::string, std::string> Results(const Plan& plan) const {
@@ -171,7 +171,7 @@ class SbatchText : public testing::Test {
   SiteFolder site_;
 };
 
-TEST_F(SbatchText, SubmitsArraysOneAfterTheOther) {
+TEST_F(SbatchScript, SubmitsArraysOneAfterTheOther) {
   const Plan plan = WithExistingInputs(
       site_.PlanOf(std::string(kTwoRecordings) + "control_points: points.csv\n"));
   const support::ProcessResult result = Submit(plan, kStandIn);
@@ -190,7 +190,7 @@ TEST_F(SbatchText, SubmitsArraysOneAfterTheOther) {
   EXPECT_THAT(ReadAll(site_.folder / "site.gpkg"), HasSubstr("align\nsite.work/solved.gpkg\n"));
 }
 
-TEST_F(SbatchText, RunsEveryWordAsMakeDoes) {
+TEST_F(SbatchScript, RunsEveryWordAsMakeDoes) {
   WriteHostile(site_);
   const Plan plan = WithExistingInputs(site_.PlanOf(kHostile));
   ASSERT_EQ(Submit(plan, kStandIn).exit_code, 0);
@@ -199,12 +199,12 @@ TEST_F(SbatchText, RunsEveryWordAsMakeDoes) {
   EXPECT_FALSE(std::filesystem::exists(site_.folder / "hacked"));
   for (const Job& job : plan.jobs) std::filesystem::remove(site_.folder / job.output);
   site_.folder.Write("site.mk", MakeText(plan, site_.folder / "ceilmap", ResultDates(plan)));
-  const support::ProcessResult made = Run({"/usr/bin/make", "-f", "site.mk"}, site_);
+  const support::ProcessResult made = RunIn({"/usr/bin/make", "-f", "site.mk"}, site_);
   ASSERT_EQ(made.exit_code, 0) << made.err;
   EXPECT_EQ(by_slurm, Results(plan));
 }
 
-TEST_F(SbatchText, TheSolutionTakesWhatIsThereAndGrowsWhenTheRestComes) {
+TEST_F(SbatchScript, TheSolutionTakesWhatIsThereAndGrowsWhenTheRestComes) {
   const Plan plan = WithExistingInputs(
       site_.PlanOf(std::string(kTwoRecordings) + "  - {name: c, rig: rig.yaml, up: c.mp4}\n"));
   const std::string failing =
@@ -223,17 +223,17 @@ TEST_F(SbatchText, TheSolutionTakesWhatIsThereAndGrowsWhenTheRestComes) {
   EXPECT_THAT(ReadAll(site_.folder / "site.gpkg"), HasSubstr("\nsite.work/maps/b.gpkg\n"));
 }
 
-TEST_F(SbatchText, LargeSitesHaveTasksOfSeveralJobs) {
+TEST_F(SbatchScript, LargeSitesHaveTasksOfSeveralJobs) {
   std::string text = "output: site.gpkg\nrecordings:\n";
   for (int i = 0; i < 50; ++i) {
     text += "  - {name: r" + std::to_string(i) + ", rig: rig.yaml, up: a.mp4}\n";
   }
   const Plan plan = WithExistingInputs(site_.PlanOf(text));
-  const std::string script = site::SbatchText(plan, "/bin/ceilmap", ResultDates(plan));
+  const std::string script = SbatchText(plan, "/bin/ceilmap", ResultDates(plan));
   EXPECT_THAT(script, HasSubstr("--array=0-999 "));
   EXPECT_THAT(script, HasSubstr(" -- 1225 1000)\n"));
   site_.folder.Write("site.sh", script);
-  EXPECT_EQ(Run({"/bin/bash", "-n", "site.sh"}, site_).err, "");
+  EXPECT_EQ(RunIn({"/bin/bash", "-n", "site.sh"}, site_).err, "");
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <fcntl.h>
 #include <sys/stat.h>
 
-#include <chrono>
+#include <array>
+#include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include "app/site/manifest.hpp"
@@ -34,8 +37,7 @@ class SiteFolder {
   }
 
   /// Writes a program that stands for ceilmap.
-  [[nodiscard]] std::filesystem::path Script(const std::string& name,
-                                             const std::string& text) const {
+  std::filesystem::path Script(const std::string& name, const std::string& text) const {
     std::filesystem::path file = folder.Write(name, "#!/bin/sh\n" + text);
     std::filesystem::permissions(file, std::filesystem::perms::owner_all);
     return file;
