@@ -15,25 +15,28 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-/// Two drives through one room, and a manifest of them. `map` is that of ceilmap; the other steps
-/// write their words and the files that they read.
+/// Two drives through one room, and a manifest of them. `map` is that of ceilmap after
+/// UseRealMaps(); the other steps write their words and the files that they read.
 class SiteCommand : public testing::Test {
  protected:
   SiteCommand() {
-    folder_.Write(
-        "ceilmap",
-        std::string("#!/bin/sh\n") + "case $1 in map) exec " + CEILMAP_EXE +
-            " \"$@\" ;; esac\n"
-            "for word; do case $before in -o) output=$word ;; esac; before=$word; done\n"
-            "if [ $1 = solve ]; then echo 'ceilmap: warning: b does not connect'; fi\n"
-            "for word; do echo \"$word\"; file=${word#--edges=}\n"
-            "  if [ -f \"$file\" ] && [ \"$file\" != \"$output\" ]; then cat \"$file\"; fi\n"
-            "done >$output.partial\n"
-            "mv $output.partial $output\n");
+    folder_.Write("ceilmap",
+                  std::string("#!/bin/sh\ncase $1 in map) [ ! -e real ] || exec ") + CEILMAP_EXE +
+                      R"sh( "$@" ;; esac
+for word; do case $before in -o) output=$word ;; esac; before=$word; done
+if [ $1 = solve ]; then echo 'ceilmap: warning: b does not connect'; fi
+{ echo "$SOURCE_DATE_EPOCH"
+  for word; do echo "$word"; file=${word#--edges=}
+    if [ -f "$file" ] && [ "$file" != "$output" ]; then cat "$file"; fi
+  done
+} >$output.partial
+mv $output.partial $output
+)sh");
     std::filesystem::permissions(folder_ / "ceilmap", std::filesystem::perms::owner_all);
     WriteManifest("");
   }
 
+  void UseRealMaps() const { folder_.Write("real", ""); }
   void WriteManifest(const std::string& more) const {
     folder_.Write("site.yaml",
                   "output: site.gpkg\n"
@@ -91,6 +94,7 @@ std::vector<std::string> States(const nlohmann::json& summary) {
 }
 
 TEST_F(SiteCommand, MakesTheSameBytesAfterBeingKilledAtAnyMoment) {
+  UseRealMaps();
   const support::ProcessResult first = Run({"-j1", "--summary=s.json"});
   ASSERT_EQ(first.exit_code, 0) << first.err;
   EXPECT_THAT(first.err, HasSubstr("ceilmap: warning: solve: b does not connect\n"));
@@ -136,6 +140,7 @@ TEST_F(SiteCommand, MakesAgainWhatTheManifestChanges) {
 }
 
 TEST_F(SiteCommand, ARecordingWithoutAMapIsNamedAndLeftOut) {
+  UseRealMaps();
   folder_.Write("second.csv", "no stamps\n");
   const support::ProcessResult result = Run({"--summary=s.json"});
   EXPECT_EQ(result.exit_code, 1);
@@ -152,6 +157,7 @@ TEST_F(SiteCommand, ARecordingWithoutAMapIsNamedAndLeftOut) {
 }
 
 TEST_F(SiteCommand, AnInterruptedMapIsNoResult) {
+  UseRealMaps();
   std::vector<std::string> words = Words({"-j2"});
   words.insert(words.begin(), CEILMAP_EXE);
   support::ChildProcess child(words, folder_.Path().string());
