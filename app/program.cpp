@@ -139,6 +139,9 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
   for (const auto add : {commands::AddCompassCommands, commands::AddCalibrateCommands}) {
     for (commands::Command& command : add(program)) commands.push_back(std::move(command));
   }
+  for (commands::Command& command : commands::AddSiteCommands(program)) {
+    commands.push_back(std::move(command));
+  }
   for (const auto add : {commands::AddMergeCommand,
                          commands::AddMatchCommand,
                          commands::AddSolveCommand,

@@ -42,7 +42,8 @@ rows=(
   "app/reports: app/figures app/recordings app/bags app/files app/terminal app/page app/evaluation localization/robot localization
     localization/compass/colour compensation/mount calib/solve mapping mapping/mosaic mapping/store mapping/survey mapping/graph mapping/heights calib calib/wheels calib/base"
   "app/live: app/reports app/files app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
-  "app/commands: app/live app/reports app/figures app/recordings app/bags app/files app/terminal app/page samples/simulator
+  "app/site: calib/base"
+  "app/commands: app/site app/live app/reports app/figures app/recordings app/bags app/files app/terminal app/page samples/simulator
     localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
     mapping/survey mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app/python: app/evaluation localization/robot localization localization/compass/labrosse localization/compass/colour mapping

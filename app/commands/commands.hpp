@@ -43,6 +43,8 @@ std::vector<Command> AddCompassCommands(CLI::App& program);
 /// `calibrate` and its subcommands.
 std::vector<Command> AddCalibrateCommands(CLI::App& program);
 Command AddAlignCommand(CLI::App& program);
+/// `site` and its subcommands.
+std::vector<Command> AddSiteCommands(CLI::App& program);
 Command AddMergeCommand(CLI::App& program);
 Command AddMatchCommand(CLI::App& program);
 Command AddSolveCommand(CLI::App& program);

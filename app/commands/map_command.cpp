@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <ctime>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -26,6 +25,7 @@
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/result_date.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
 #include "localization/robot/ceiling_mapper.hpp"
@@ -100,21 +100,8 @@ void MapOptions::Resolve(files::Existing existing) {
   }
 }
 
-std::string UtcNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z",
-                     utc.tm_year + 1900,
-                     utc.tm_mon + 1,
-                     utc.tm_mday,
-                     utc.tm_hour,
-                     utc.tm_min,
-                     utc.tm_sec);
-}
-
 std::string ProvenanceOf(const MapOptions& params, const CommonOptions& common) {
-  return fmt::format("{}; from {}; {}", common.command_line, params.up, UtcNow());
+  return fmt::format("{}; from {}; {}", common.command_line, params.up, ResultDate());
 }
 
 robot::CeilingMapper MakeMapper(const std::optional<calib::Rig>& rig,

@@ -16,6 +16,14 @@ using std::chrono::steady_clock;
 constexpr int kBarWidth = 24;
 constexpr auto kRefresh = std::chrono::milliseconds(100);
 
+// Slow work is counted by the minute or hour.
+std::string FormatRate(double per_second) {
+  constexpr double kMinRate = 0.1;
+  if (per_second >= kMinRate || per_second <= 0) return fmt::format("{:.1f}/s", per_second);
+  if (per_second * 60 >= kMinRate) return fmt::format("{:.1f}/min", per_second * 60);
+  return fmt::format("{:.1f}/h", per_second * 3600);
+}
+
 }  // namespace
 
 std::string FormatDuration(double seconds) {
@@ -31,12 +39,13 @@ std::string FormatProgress(const std::string& label,
                            std::optional<std::int64_t> total,
                            double elapsed_s) {
   const double rate = elapsed_s > 0 ? static_cast<double>(done) / elapsed_s : 0;
-  if (!total || *total <= 0) return fmt::format("{}  {} {}  {:.1f}/s", label, done, unit, rate);
+  if (!total || *total <= 0)
+    return fmt::format("{}  {} {}  {}", label, done, unit, FormatRate(rate));
   // A container may state fewer frames than it has.
   const double fraction =
       std::clamp(static_cast<double>(done) / static_cast<double>(*total), 0.0, 1.0);
   const int filled = static_cast<int>(std::floor(fraction * kBarWidth));
-  std::string line = fmt::format("{}  [{:#<{}}{:.<{}}]  {}/{} {}  {:.1f}/s",
+  std::string line = fmt::format("{}  [{:#<{}}{:.<{}}]  {}/{} {}  {}",
                                  label,
                                  "",
                                  filled,
@@ -45,7 +54,7 @@ std::string FormatProgress(const std::string& label,
                                  done,
                                  *total,
                                  unit,
-                                 rate);
+                                 FormatRate(rate));
   if (rate > 0 && done < *total) {
     line += fmt::format("  {} left", FormatDuration(static_cast<double>(*total - done) / rate));
   }

@@ -310,6 +310,17 @@ std::vector<std::string> YamlValue::Texts() const {
   return texts;
 }
 
+std::vector<YamlValue> YamlValue::Items() const {
+  if (!node_->IsSequence()) Fail("a list", "write '- value' lines below it, or [one, two]");
+  std::vector<YamlValue> items;
+  for (const auto& item : *node_) {
+    YamlValue entry = Child("", item, LineOf(item) > 0 ? LineOf(item) : line_);
+    entry.key_ = key_ + "[" + std::to_string(items.size()) + "]";
+    items.push_back(std::move(entry));
+  }
+  return items;
+}
+
 std::string ReadSettingsText(const std::filesystem::path& file, std::string_view what) {
   const std::string fix = "; give the path of " + std::string(what);
   std::error_code status_error;

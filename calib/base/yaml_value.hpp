@@ -54,6 +54,8 @@ class YamlValue {
   std::vector<std::string> Texts() const;
   /// The number of entries when this is a list, else throws.
   std::size_t ListSize() const;
+  /// The entries of a list of any values, with the keys KEY[0], KEY[1], ...
+  [[nodiscard]] std::vector<YamlValue> Items() const;
 
   /// Throws "FILE:LINE: KEY = VALUE, must be MUST_BE; FIX".
   [[noreturn]] void Fail(std::string_view must_be, std::string_view fix) const;

@@ -7,13 +7,18 @@
 #include <mutex>
 
 #include "calib/base/one_line.hpp"
+#include "calib/base/result_date.hpp"
 
 namespace ceilmap::store {
 namespace {
 
 void RegisterDriversOnce() {
   static std::once_flag once;
-  std::call_once(once, [] { GDALAllRegister(); });
+  std::call_once(once, [] {
+    GDALAllRegister();
+    // The date of change of the layers in a GeoPackage.
+    if (const auto date = FixedResultDate()) CPLSetConfigOption("OGR_CURRENT_DATE", date->c_str());
+  });
 }
 
 }  // namespace

@@ -64,6 +64,11 @@ ceilmap_add_test(sites_test RUNS_PROGRAM COST 45
     ${CMAKE_CURRENT_LIST_DIR}/solve_command_test.cpp
   LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
+ceilmap_add_test(site_command_test RUNS_PROGRAM COST 20
+  SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/site_test.cpp
+  LINKS ceilmap_app ceilmap_test_support opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
+
 ceilmap_add_test(heading_test RUNS_PROGRAM COST 15
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/heading_test.cpp

@@ -93,7 +93,7 @@ std::vector<fs::path> Readmes() {
 
 /// The words that name the subcommand, "compass learn".
 Words SubcommandOf(const Words& command) {
-  static const std::set<std::string> kGroups = {"compass", "calibrate"};
+  static const std::set<std::string> kGroups = {"compass", "calibrate", "site"};
   Words subcommand = {command[1]};
   if (kGroups.contains(command[1]) && command.size() > 2) subcommand.push_back(command[2]);
   return subcommand;

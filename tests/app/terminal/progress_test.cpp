@@ -20,6 +20,12 @@ TEST(FormatProgress, CopesWithStartEndAndTooMany) {
   EXPECT_EQ(FormatProgress("m", "f", 12, 10, 6), "m  [########################]  12/10 f  2.0/s");
 }
 
+TEST(FormatProgress, CountsSlowWorkByTheMinuteOrHour) {
+  EXPECT_EQ(FormatProgress("m", "f", 3, 6, 60),
+            "m  [############............]  3/6 f  3.0/min  1 min 00 s left");
+  EXPECT_EQ(FormatProgress("m", "f", 1, std::nullopt, 3600), "m  1 f  1.0/h");
+}
+
 TEST(FormatDuration, GrowsCoarser) {
   EXPECT_EQ(FormatDuration(4.24), "4.2 s");
   EXPECT_EQ(FormatDuration(59.99), "1 min 00 s");
