@@ -11,6 +11,7 @@
 #include "app/terminal/progress.hpp"
 #include "app/terminal/table.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 #include "mapping/map_union.hpp"
 
 namespace fs = std::filesystem;
@@ -44,7 +45,7 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
     const std::string problem = mapping::Incompatibility(metadata, maps[i]->Metadata());
     if (!problem.empty()) {
       throw InputError(fmt::format(
-          "{} and {}: {}", params.maps.front().string(), params.maps[i].string(), problem));
+          "{} and {}: {}", WithoutSecrets(params.maps.front().string()), WithoutSecrets(params.maps[i].string()), problem));
     }
   }
   if (params.resolution) metadata.resolution = *params.resolution;
@@ -52,7 +53,7 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
   metadata.provenance = common.command_line;
   for (std::size_t i = 0; i < maps.size(); ++i) {
     metadata.provenance +=
-        fmt::format("\n{}: {}", params.maps[i].string(), maps[i]->Metadata().provenance);
+        fmt::format("\n{}: {}", WithoutSecrets(params.maps[i].string()), maps[i]->Metadata().provenance);
   }
   return metadata;
 }
@@ -62,8 +63,8 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
     if (merged.results[i].ok()) continue;
     throw RunError(
         fmt::format("{} cannot be joined with {}: {}; nothing was written",
-                    params.maps[i].string(),
-                    merged.results.size() > 2 ? "the others" : params.maps.front().string(),
+                    WithoutSecrets(params.maps[i].string()),
+                    merged.results.size() > 2 ? "the others" : WithoutSecrets(params.maps.front().string()),
                     merged.results[i].reason));
   }
   throw RunError("the maps cannot be joined");
@@ -75,7 +76,7 @@ void Report(const mapping::MergeResult& merged,
   terminal::Table table;
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
     const mapping::JoinResult& join = merged.results[i];
-    table.AddRow({params.maps[i].filename().string(),
+    table.AddRow({WithoutSecrets(params.maps[i].filename().string()),
                   fmt::format("{} of {}", join.matched, join.expected),
                   "images agree where they must"});
   }

@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 #include "mapping/store/attribute_tables.hpp"
 #include "mapping/store/database_file.hpp"
 #include "mapping/store/feature_tables.hpp"
@@ -15,6 +16,7 @@
 #include "mapping/store/map_metadata.hpp"
 #include "mapping/store/map_schema.hpp"
 #include "mapping/store/map_tables.hpp"
+#include "mapping/store/remote_database.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -24,12 +26,32 @@ namespace fs = std::filesystem;
 /// Maximum number of rows of a table in memory: the frames of a week at 30 a second.
 constexpr std::size_t kMaxRows = 20'000'000;
 
-GDALDatasetUniquePtr Open(const fs::path& path,
+GDALDatasetUniquePtr Open(const std::string& name,
                           unsigned kind,
                           const std::vector<const char*>& options) {
   const std::array<const char*, 2> drivers = {"GPKG", nullptr};
   return GDALDatasetUniquePtr(
-      GDALDataset::Open(path.c_str(), kind, drivers.data(), options.data(), nullptr));
+      GDALDataset::Open(name.c_str(), kind, drivers.data(), options.data(), nullptr));
+}
+
+/// Runs `action` and adds the map's name to its errors.
+template <typename Action>
+auto WithName(const fs::path& path, const Action& action) {
+  const auto named = [&path](const std::exception& error) {
+    return WithoutSecrets(path.string()) + ": " + error.what();
+  };
+  try {
+    return action();
+  } catch (const InputError& error) {
+    throw InputError(named(error));
+  } catch (const RunError& error) {
+    throw RunError(named(error));
+  }
+}
+
+std::unique_ptr<RemoteDatabase> Connect(const fs::path& path) {
+  if (!IsRemoteName(path.string())) return nullptr;
+  return WithName(path, [&] { return std::make_unique<RemoteDatabase>(path.string()); });
 }
 
 }  // namespace
@@ -38,9 +60,15 @@ struct MapReader::Impl {
   explicit Impl(const fs::path& path);
 
   [[noreturn]] void Throw(const std::string& what) const {
-    throw InputError(path.string() + ": " + what);
+    CheckConnection();
+    throw InputError(WithoutSecrets(path.string()) + ": " + what);
+  }
+  /// Throws when the server failed, which otherwise looks like a damaged file, or like absent rows.
+  void CheckConnection() const {
+    if (remote) WithName(path, [this] { remote->File().RethrowFailure(); });
   }
   void Check(const GdalScope& gdal) const {
+    CheckConnection();
     if (gdal.Failed()) Throw("the file is damaged (" + gdal.Message() + ")");
   }
   /// Runs `read` and adds the file's name to its errors.
@@ -52,18 +80,21 @@ struct MapReader::Impl {
       Throw(error.what());
     }
   }
-  OGRLayer& Layer(const char* name) const;
+  OGRLayer& Layer(const char* table) const;
   [[nodiscard]] bool Has(const char* table) const;
   template <typename Row, typename Convert>
   std::vector<Row> ReadAll(const char* table, Convert convert) const;
 
   void AddHeights(std::vector<graph::Keyframe>& keyframes) const;
 
+  void CheckFile() const;
   void CheckCurrent() const;
   void OpenTables();
   void OpenMosaic();
 
   fs::path path;
+  std::unique_ptr<RemoteDatabase> remote;  // null: a local file
+  std::string name;                        // for GDAL
   FileState state;
   MapMetadata metadata;
   graph::MapQuality quality;
@@ -73,24 +104,45 @@ struct MapReader::Impl {
   GDALDatasetUniquePtr mosaic;  // null: the map has none
 };
 
-MapReader::Impl::Impl(const fs::path& map_path) : path(map_path), state(StateOf(map_path)) {
-  Named([&] {
-    CheckSqliteHeader(path);
-    CheckSchema(path);
-  });
+MapReader::Impl::Impl(const fs::path& map_path)
+    : path(map_path),
+      remote(Connect(path)),
+      name(remote ? remote->Name() : path.string()),
+      state(remote ? FileState() : StateOf(path)) {
+  Named([this] { CheckFile(); });
   OpenTables();
   OpenMosaic();
-  // Each dataset was opened by name: they must not be of two different files.
-  CheckCurrent();
+  // Each dataset was opened by name: they must not be of two different files. RemoteFile takes care
+  // of that itself.
+  if (!remote) CheckCurrent();
+}
+
+/// Before GDAL opens it.
+void MapReader::Impl::CheckFile() const {
+  if (!remote) {
+    CheckSqliteHeader(path);
+    CheckSchema(path);
+    return;
+  }
+  std::array<unsigned char, 100> header{};
+  RemoteFile& file = remote->File();
+  const std::uint64_t bytes =
+      WithName(path, [&] { return file.Read(0, header.size(), header.data()); });
+  CheckSqliteHeader(header.data(), bytes, file.Size());
+  CheckSchema(name, RemoteDatabase::SqliteVfs());
 }
 
 void MapReader::Impl::CheckCurrent() const {
-  if (StateOf(path) != state) Throw("was replaced while it was opened; try again");
+  if (remote) {
+    WithName(path, [this] { remote->File().CheckCurrent(); });
+  } else if (StateOf(path) != state) {
+    Throw("was replaced while it was opened; try again");
+  }
 }
 
 void MapReader::Impl::OpenTables() {
   const GdalScope gdal;
-  database = Open(path, GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
+  database = Open(name, GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
   if (!database) Throw("cannot be read as a GeoPackage (" + gdal.Message() + ")");
   if (!Has(tables::kMetadata)) {
     Throw("is a GeoPackage but no ceilmap map; give one made by 'ceilmap map'");
@@ -132,7 +184,7 @@ void MapReader::Impl::OpenMosaic() {
   Check(gdal);
   if (!has_mosaic) return;
 
-  mosaic = Open(path, GDAL_OF_RASTER, {"TABLE=mosaic", "BAND_COUNT=2", nullptr});
+  mosaic = Open(name, GDAL_OF_RASTER, {"TABLE=mosaic", "BAND_COUNT=2", nullptr});
   std::array<double, 6> transform{};
   if (!mosaic || mosaic->GetRasterCount() != 2 ||
       mosaic->GetGeoTransform(transform.data()) != CE_None) {
@@ -152,12 +204,14 @@ void MapReader::Impl::OpenMosaic() {
 }
 
 bool MapReader::Impl::Has(const char* table) const {
-  return database->GetLayerByName(table) != nullptr;
+  const bool found = database->GetLayerByName(table) != nullptr;
+  CheckConnection();
+  return found;
 }
 
-OGRLayer& MapReader::Impl::Layer(const char* name) const {
-  OGRLayer* layer = database->GetLayerByName(name);
-  if (layer == nullptr) Throw(std::string("has no table ") + name + "; the file is damaged");
+OGRLayer& MapReader::Impl::Layer(const char* table) const {
+  OGRLayer* layer = database->GetLayerByName(table);
+  if (layer == nullptr) Throw(std::string("has no table ") + table + "; the file is damaged");
   return *layer;
 }
 
@@ -209,6 +263,14 @@ MapReader::~MapReader() {
 
 void MapReader::CheckCurrent() const {
   impl_->CheckCurrent();
+}
+
+bool MapReader::IsRemote() const {
+  return impl_->remote != nullptr;
+}
+
+std::uint64_t MapReader::FileBytes() const {
+  return impl_->remote ? impl_->remote->File().Size() : fs::file_size(impl_->path);
 }
 
 const MapMetadata& MapReader::Metadata() const {
