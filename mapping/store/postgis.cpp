@@ -3,14 +3,17 @@
 #include <ogrsf_frmts.h>
 
 #include <array>
-#include <memory>
+#include <charconv>
+#include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "calib/base/error.hpp"
 #include "calib/base/one_line.hpp"
 #include "calib/base/remote_name.hpp"
 #include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
+#include "mapping/store/map_tables.hpp"
 #include "mapping/store/table_rows.hpp"
 
 namespace ceilmap::store {
@@ -82,15 +85,12 @@ class PostgisDatabase {
   void Run(const std::string& sql);
   /// The first column of the only row; empty without a row.
   std::string Ask(const std::string& sql);
-  /// Opens a table of the schema for new rows.
-  OGRLayer& Table(const char* name);
   void Check(bool succeeded) const;
 
  private:
   static std::string ForGdal(const std::string& connection);
 
   GdalScope gdal_;  // messages of all calls
-  GdalOption copy_{"PG_USE_COPY", "YES"};
   GDALDatasetUniquePtr dataset_;
 };
 
@@ -146,30 +146,95 @@ std::string PostgisDatabase::Ask(const std::string& sql) {
   return answer;
 }
 
-OGRLayer& PostgisDatabase::Table(const char* name) {
-  OGRLayer* layer = dataset_->GetLayerByName((std::string("ceilmap.") + name).c_str());
-  Check(layer != nullptr);
-  return *layer;
+/// Shortest text that gives the same value when it is read. OGR would write 15 digits.
+std::string ExactText(double value) {
+  std::array<char, 40> buffer{};
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
 }
 
-/// @param id  of the map.
-template <typename... Values>
-void AddTo(PostgisDatabase& database, OGRLayer& table, int id, const Values&... values) {
-  const OGRFeatureUniquePtr row = tables::NewRow(table);
-  tables::Fill(*row, values...);
-  if (const int column = row->GetFieldIndex("id"); column >= 0) {
-    row->SetField(column, row->GetFID());  // of keyframes
+std::string ValueOf(const OGRFeature& row, int column) {
+  switch (row.GetFieldDefnRef(column)->GetType()) {
+    case OFTReal:
+      return ExactText(row.GetFieldAsDouble(column));
+    case OFTInteger:
+    case OFTInteger64:
+      return std::to_string(row.GetFieldAsInteger64(column));
+    default:
+      return Quoted(row.GetFieldAsString(column));
   }
-  row->SetFID(OGRNullFID);
-  row->SetField("map_id", id);
-  database.Check(tables::AddRow(table, *row));
 }
+
+std::string GeometryOf(const OGRFeature& row) {
+  const OGRGeometry& geometry = *row.GetGeometryRef();
+  std::vector<unsigned char> bytes(geometry.WkbSize());
+  geometry.exportToWkb(wkbNDR, bytes.data());
+  std::string text = "'";
+  constexpr char kDigits[] = "0123456789abcdef";
+  for (const unsigned char byte : bytes) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 15U];
+  }
+  return text + "'";
+}
+
+/// Inserts rows, many with each statement. A table in memory has the columns of the map file's, so
+/// that rows are filled as there.
+class RowWriter {
+ public:
+  using Create = OGRLayer* (*)(GDALDataset&, OGRSpatialReference&);
+
+  RowWriter(PostgisDatabase& database, int map_id, Create create)
+      : database_(database), map_id_(std::to_string(map_id)) {
+    GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("Memory");
+    if (driver != nullptr) memory_.reset(driver->Create("", 0, 0, 0, GDT_Unknown, nullptr));
+    OGRSpatialReference srs;
+    if (memory_) columns_ = create(*memory_, srs);
+    database_.Check(columns_ != nullptr);
+    table_ = columns_->GetName();
+    OGRFeatureDefn& definition = *columns_->GetLayerDefn();
+    insert_ = "INSERT INTO ceilmap." + table_ + " (map_id, geom";
+    if (HasId()) insert_ += ", id";
+    for (int i = 0; i < definition.GetFieldCount(); ++i) {
+      insert_ += std::string(", ") + definition.GetFieldDefn(i)->GetNameRef();
+    }
+    insert_ += ") VALUES ";
+  }
+
+  template <typename... Values>
+  void Add(const Values&... values) {
+    constexpr std::size_t kMaxBytes = 1 << 18;
+    const OGRFeatureUniquePtr row = tables::NewRow(*columns_);
+    tables::Fill(*row, values...);
+    rows_ += (rows_.empty() ? "(" : ", (") + map_id_ + ", " + GeometryOf(*row);
+    if (HasId()) rows_ += ", " + std::to_string(row->GetFID());
+    for (int i = 0; i < row->GetFieldCount(); ++i) rows_ += ", " + ValueOf(*row, i);
+    rows_ += ")";
+    if (rows_.size() > kMaxBytes) Flush();
+  }
+  void Flush() {
+    if (!rows_.empty()) database_.Run(insert_ + rows_);
+    rows_.clear();
+  }
+
+ private:
+  /// Whether the id of a row has a meaning.
+  [[nodiscard]] bool HasId() const { return table_ == tables::kKeyframes; }
+
+  PostgisDatabase& database_;
+  std::string map_id_;
+  GDALDatasetUniquePtr memory_;
+  OGRLayer* columns_ = nullptr;
+  std::string table_;
+  std::string insert_;
+  std::string rows_;
+};
 
 template <typename Rows>
-void AddAll(PostgisDatabase& database, const char* name, int id, const Rows& rows) {
-  OGRLayer& table = database.Table(name);
-  for (const auto& row : rows) AddTo(database, table, id, row);
-  database.Check(table.SyncToDisk() == OGRERR_NONE);
+void AddAll(PostgisDatabase& database, int id, RowWriter::Create create, const Rows& rows) {
+  RowWriter writer(database, id, create);
+  for (const auto& row : rows) writer.Add(row);
+  writer.Flush();
 }
 
 void AddEdges(PostgisDatabase& database, int id, const graph::MapGraph& graph) {
@@ -177,11 +242,11 @@ void AddEdges(PostgisDatabase& database, int id, const graph::MapGraph& graph) {
   for (const graph::Keyframe& keyframe : graph.keyframes) {
     poses[keyframe.id] = keyframe.pose.T_map_base;
   }
-  OGRLayer& table = database.Table("edges");
+  RowWriter writer(database, id, tables::CreateEdges);
   for (const graph::Edge& edge : graph.edges) {
-    AddTo(database, table, id, edge, poses.at(edge.from), poses.at(edge.to));
+    writer.Add(edge, poses.at(edge.from), poses.at(edge.to));
   }
-  database.Check(table.SyncToDisk() == OGRERR_NONE);
+  writer.Flush();
 }
 
 void MakeTables(PostgisDatabase& database) {
@@ -208,12 +273,11 @@ void CheckIsFree(PostgisDatabase& database, const PostgisOptions& options) {
 
 int AddMap(PostgisDatabase& database, const MapMetadata& metadata, const PostgisOptions& options) {
   database.Run("DELETE FROM ceilmap.maps WHERE name = " + Quoted(options.name));
-  const auto number = [](double value) { return std::string(CPLSPrintf("%.17g", value)); };
   const std::string id = database.Ask(
       "INSERT INTO ceilmap.maps (name, unit, resolution, ceiling_height_m, robot, program_version, "
       "provenance, mosaic) VALUES (" +
-      Quoted(options.name) + ", " + Quoted(metadata.unit) + ", " + number(metadata.resolution) +
-      ", " + number(metadata.ceiling_height_m) + ", " + Quoted(metadata.robot) + ", " +
+      Quoted(options.name) + ", " + Quoted(metadata.unit) + ", " + ExactText(metadata.resolution) +
+      ", " + ExactText(metadata.ceiling_height_m) + ", " + Quoted(metadata.robot) + ", " +
       Quoted(metadata.program_version) + ", " + Quoted(metadata.provenance) + ", " +
       (options.mosaic.empty() ? "NULL" : Quoted(options.mosaic)) + ") RETURNING id");
   return std::stoi(id);
@@ -244,11 +308,11 @@ void ExportPostgis(const MapReader& map,
   database.Ask(kNameLock + Quoted(options.name) + "))::text");
   CheckIsFree(database, options);
   const int id = AddMap(database, map.Metadata(), options);
-  AddAll(database, "keyframes", id, graph.keyframes);
-  AddAll(database, "trajectory", id, graph.trajectory);
+  AddAll(database, id, tables::CreateKeyframes, graph.keyframes);
+  AddAll(database, id, tables::CreateTrajectory, graph.trajectory);
   AddEdges(database, id, graph);
-  AddAll(database, "weak_spots", id, graph.weak_spots);
-  AddAll(database, "left_out", id, left_out);
+  AddAll(database, id, tables::CreateWeakSpots, graph.weak_spots);
+  AddAll(database, id, tables::CreateLeftOut, left_out);
   database.Commit();
 }
 

@@ -2,6 +2,7 @@
 
 #include <httplib.h>
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <iterator>
@@ -20,6 +21,7 @@ class FileServer {
     server_.Get("/map.gpkg", [this](const httplib::Request& request, httplib::Response& response) {
       Answer(request, response);
     });
+    server_.set_keep_alive_timeout(1);  // Stop() waits for it
     port_ = server_.bind_to_any_port("127.0.0.1");
     thread_ = std::thread([this] { server_.listen_after_bind(); });
     while (!server_.is_running()) std::this_thread::yield();
@@ -68,9 +70,16 @@ class FileServer {
       content = content_;
       if (!etag_.empty()) response.set_header("ETag", etag_);
     }
+    auto& wanted = const_cast<httplib::Request&>(request).ranges;  // as web servers treat them
+    const auto size = static_cast<ssize_t>(content->size());
+    if (!ranges) wanted.clear();
+    if (!wanted.empty() && wanted[0].first >= size) {
+      response.status = 416;
+      return;
+    }
+    if (!wanted.empty()) wanted[0].second = std::min(wanted[0].second, size - 1);
     const bool cut = truncated > 0;
     if (cut) --truncated;
-    if (!ranges) const_cast<httplib::Request&>(request).ranges.clear();
     response.set_content_provider(
         content->size(),
         "application/geopackage+sqlite3",

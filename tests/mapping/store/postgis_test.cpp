@@ -107,7 +107,7 @@ class Postgis : public testing::Test {
 std::unique_ptr<support::TempFolder> Postgis::folder_;
 int Postgis::status_ = -1;
 
-void ExpectSame(const graph::FramePose& a, const graph::FramePose& b) {
+void ExpectSameFrame(const graph::FramePose& a, const graph::FramePose& b) {
   EXPECT_EQ(a.frame_index, b.frame_index);
   EXPECT_EQ(a.keyframe_id, b.keyframe_id);
   EXPECT_EQ(a.stamp_s, b.stamp_s);
@@ -132,12 +132,12 @@ TEST_F(Postgis, HoldsAllLayersExactly) {
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     EXPECT_EQ(keyframes[i].id, graph.keyframes[i].id);
     EXPECT_EQ(keyframes[i].ambiguous, graph.keyframes[i].ambiguous);
-    ExpectSame(keyframes[i].pose, graph.keyframes[i].pose);
+    ExpectSameFrame(keyframes[i].pose, graph.keyframes[i].pose);
   }
   const auto trajectory = Rows("trajectory", tables::ToFramePose);
   ASSERT_EQ(trajectory.size(), graph.trajectory.size());
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    ExpectSame(trajectory[i], graph.trajectory[i]);
+    ExpectSameFrame(trajectory[i], graph.trajectory[i]);
   }
   const auto edges = Rows("edges", tables::ToEdge);
   ASSERT_EQ(edges.size(), graph.edges.size());

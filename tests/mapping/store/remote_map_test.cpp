@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <opencv2/core.hpp>
 
 #include "calib/base/error.hpp"
@@ -44,6 +45,13 @@ class RemoteMap : public testing::Test {
 
   /// A map with the robot's name, descriptors and 2 MB of images.
   std::string Content(const std::string& robot = "robot 1") {
+    static std::map<std::string, std::string> made;
+    std::string& content = made[robot];
+    if (content.empty()) content = MakeContent(robot);
+    std::ofstream(folder_ / "map.gpkg", std::ios::binary) << content;
+    return content;
+  }
+  std::string MakeContent(const std::string& robot) {
     synthetic::SmallMap small;
     small.metadata = synthetic::Metadata({320, 240}, 0.005);
     small.metadata.robot = robot;
