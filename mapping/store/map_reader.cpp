@@ -6,17 +6,14 @@
 #include <unordered_set>
 
 #include "calib/base/error.hpp"
-#include "calib/base/remote_name.hpp"
 #include "mapping/store/attribute_tables.hpp"
-#include "mapping/store/database_file.hpp"
 #include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
 #include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_metadata.hpp"
-#include "mapping/store/map_schema.hpp"
+#include "mapping/store/map_origin.hpp"
 #include "mapping/store/map_tables.hpp"
-#include "mapping/store/remote_database.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -34,41 +31,14 @@ GDALDatasetUniquePtr Open(const std::string& name,
       GDALDataset::Open(name.c_str(), kind, drivers.data(), options.data(), nullptr));
 }
 
-/// Runs `action` and adds the map's name to its errors.
-template <typename Action>
-auto WithName(const fs::path& path, const Action& action) {
-  const auto named = [&path](const std::exception& error) {
-    return WithoutSecrets(path.string()) + ": " + error.what();
-  };
-  try {
-    return action();
-  } catch (const InputError& error) {
-    throw InputError(named(error));
-  } catch (const RunError& error) {
-    throw RunError(named(error));
-  }
-}
-
-std::unique_ptr<RemoteDatabase> Connect(const fs::path& path) {
-  if (!IsRemoteName(path.string())) return nullptr;
-  return WithName(path, [&] { return std::make_unique<RemoteDatabase>(path.string()); });
-}
-
 }  // namespace
 
 struct MapReader::Impl {
   explicit Impl(const fs::path& path);
 
-  [[noreturn]] void Throw(const std::string& what) const {
-    CheckConnection();
-    throw InputError(WithoutSecrets(path.string()) + ": " + what);
-  }
-  /// Throws when the server failed, which otherwise looks like a damaged file, or like absent rows.
-  void CheckConnection() const {
-    if (remote) WithName(path, [this] { remote->File().RethrowFailure(); });
-  }
+  [[noreturn]] void Throw(const std::string& what) const { origin.Throw(what); }
   void Check(const GdalScope& gdal) const {
-    CheckConnection();
+    origin.CheckConnection();
     if (gdal.Failed()) Throw("the file is damaged (" + gdal.Message() + ")");
   }
   /// Runs `read` and adds the file's name to its errors.
@@ -87,15 +57,10 @@ struct MapReader::Impl {
 
   void AddHeights(std::vector<graph::Keyframe>& keyframes) const;
 
-  void CheckFile() const;
-  void CheckCurrent() const;
   void OpenTables();
   void OpenMosaic();
 
-  fs::path path;
-  std::unique_ptr<RemoteDatabase> remote;  // null: a local file
-  std::string name;                        // for GDAL
-  FileState state;
+  MapOrigin origin;
   MapMetadata metadata;
   graph::MapQuality quality;
   MosaicGrid grid;
@@ -104,45 +69,17 @@ struct MapReader::Impl {
   GDALDatasetUniquePtr mosaic;  // null: the map has none
 };
 
-MapReader::Impl::Impl(const fs::path& map_path)
-    : path(map_path),
-      remote(Connect(path)),
-      name(remote ? remote->Name() : path.string()),
-      state(remote ? FileState() : StateOf(path)) {
-  Named([this] { CheckFile(); });
+MapReader::Impl::Impl(const fs::path& path) : origin(path) {
   OpenTables();
   OpenMosaic();
-  // Each dataset was opened by name: they must not be of two different files. RemoteFile takes care
-  // of that itself.
-  if (!remote) CheckCurrent();
-}
-
-/// Before GDAL opens it.
-void MapReader::Impl::CheckFile() const {
-  if (!remote) {
-    CheckSqliteHeader(path);
-    CheckSchema(path);
-    return;
-  }
-  std::array<unsigned char, 100> header{};
-  RemoteFile& file = remote->File();
-  const std::uint64_t bytes =
-      WithName(path, [&] { return file.Read(0, header.size(), header.data()); });
-  CheckSqliteHeader(header.data(), bytes, file.Size());
-  CheckSchema(name, RemoteDatabase::SqliteVfs());
-}
-
-void MapReader::Impl::CheckCurrent() const {
-  if (remote) {
-    WithName(path, [this] { remote->File().CheckCurrent(); });
-  } else if (StateOf(path) != state) {
-    Throw("was replaced while it was opened; try again");
-  }
+  // Each dataset was opened by name: they must not be of two different files. On a server all that
+  // is read is of one version.
+  if (!origin.IsRemote()) origin.CheckCurrent();
 }
 
 void MapReader::Impl::OpenTables() {
   const GdalScope gdal;
-  database = Open(name, GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
+  database = Open(origin.Name(), GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
   if (!database) Throw("cannot be read as a GeoPackage (" + gdal.Message() + ")");
   if (!Has(tables::kMetadata)) {
     Throw("is a GeoPackage but no ceilmap map; give one made by 'ceilmap map'");
@@ -184,7 +121,7 @@ void MapReader::Impl::OpenMosaic() {
   Check(gdal);
   if (!has_mosaic) return;
 
-  mosaic = Open(name, GDAL_OF_RASTER, {"TABLE=mosaic", "BAND_COUNT=2", nullptr});
+  mosaic = Open(origin.Name(), GDAL_OF_RASTER, {"TABLE=mosaic", "BAND_COUNT=2", nullptr});
   std::array<double, 6> transform{};
   if (!mosaic || mosaic->GetRasterCount() != 2 ||
       mosaic->GetGeoTransform(transform.data()) != CE_None) {
@@ -205,7 +142,7 @@ void MapReader::Impl::OpenMosaic() {
 
 bool MapReader::Impl::Has(const char* table) const {
   const bool found = database->GetLayerByName(table) != nullptr;
-  CheckConnection();
+  origin.CheckConnection();
   return found;
 }
 
@@ -262,15 +199,15 @@ MapReader::~MapReader() {
 }
 
 void MapReader::CheckCurrent() const {
-  impl_->CheckCurrent();
+  impl_->origin.CheckCurrent();
 }
 
 bool MapReader::IsRemote() const {
-  return impl_->remote != nullptr;
+  return impl_->origin.IsRemote();
 }
 
 std::uint64_t MapReader::FileBytes() const {
-  return impl_->remote ? impl_->remote->File().Size() : fs::file_size(impl_->path);
+  return impl_->origin.FileBytes();
 }
 
 const MapMetadata& MapReader::Metadata() const {

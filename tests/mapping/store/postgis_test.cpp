@@ -81,6 +81,16 @@ class Postgis : public testing::Test {
     return rows;
   }
 
+  static PostgisOptions Options(const std::string& name,
+                                bool replace = false,
+                                const std::string& mosaic = "") {
+    PostgisOptions options;
+    options.name = name;
+    options.replace = replace;
+    options.mosaic = mosaic;
+    return options;
+  }
+
   static std::filesystem::path WriteMap(const std::string& robot = "robot 1") {
     synthetic::SmallMap small;
     small.metadata.robot = robot;
@@ -120,7 +130,7 @@ void ExpectSameFrame(const graph::FramePose& a, const graph::FramePose& b) {
 
 TEST_F(Postgis, HoldsAllLayersExactly) {
   const MapReader map(WriteMap());
-  ExportPostgis(map, Connection(), {"lab", false, "/maps/lab.tif", {}});
+  ExportPostgis(map, Connection(), Options("lab", false, "/maps/lab.tif"));
   OpenDatabase();
   const graph::MapGraph graph = map.ReadGraph();
 
@@ -167,13 +177,13 @@ TEST_F(Postgis, HoldsAllLayersExactly) {
 
 TEST_F(Postgis, ReplacesAMapOnlyIfAsked) {
   const auto file = WriteMap();
-  ExportPostgis(MapReader(file), Connection(), {"it's \\ a \"map\"", false, "", {}});
-  EXPECT_THAT([&] { ExportPostgis(MapReader(file), Connection(), {"it's \\ a \"map\""}); },
+  ExportPostgis(MapReader(file), Connection(), Options("it's \\ a \"map\""));
+  EXPECT_THAT([&] { ExportPostgis(MapReader(file), Connection(), Options("it's \\ a \"map\"")); },
               ThrowsMessage<InputError>(
                   "the database has a map 'it's \\ a \"map\"' already; give --force to replace it, "
                   "or --name for another name"));
-  ExportPostgis(MapReader(file), Connection(), {"other", false, "", {}});
-  ExportPostgis(MapReader(WriteMap("robot 2")), Connection(), {"it's \\ a \"map\"", true, "", {}});
+  ExportPostgis(MapReader(file), Connection(), Options("other"));
+  ExportPostgis(MapReader(WriteMap("robot 2")), Connection(), Options("it's \\ a \"map\"", true));
   EXPECT_EQ(Ask("SELECT string_agg(robot, ', ' ORDER BY robot) FROM ceilmap.maps"),
             "robot 1, robot 2");
   EXPECT_EQ(Ask("SELECT count(*) FROM ceilmap.trajectory"), "80");
@@ -181,11 +191,11 @@ TEST_F(Postgis, ReplacesAMapOnlyIfAsked) {
 }
 
 TEST_F(Postgis, KeepsTheOldMapWhenTheNewOneFails) {
-  ExportPostgis(MapReader(WriteMap()), Connection(), {"lab", false, "", {}});
+  ExportPostgis(MapReader(WriteMap()), Connection(), Options("lab"));
   // Fails when most is written.
   Ask("ALTER TABLE ceilmap.left_out ADD CONSTRAINT small CHECK (area < 0.1) NOT VALID");
   const MapReader again(WriteMap("robot 2"));
-  EXPECT_THAT([&] { ExportPostgis(again, Connection(), {"lab", true, "", {}}); },
+  EXPECT_THAT([&] { ExportPostgis(again, Connection(), Options("lab", true)); },
               ThrowsMessage<RunError>(HasSubstr("the database refuses the map: ")));
   EXPECT_EQ(Ask("SELECT string_agg(robot, ',') FROM ceilmap.maps"), "robot 1");
   EXPECT_EQ(Ask("SELECT count(*) FROM ceilmap.trajectory"), "40");
@@ -201,9 +211,9 @@ TEST_F(Postgis, LosesAndDoublesNothingOfTenWritersAtATime) {
       try {
         const MapReader map(file);
         // The tables are made by whoever comes first; all write the same map, and one of their own.
-        ExportPostgis(map, Connection(), {"site", true, "", {}});
-        ExportPostgis(map, Connection(), {"robot " + std::to_string(i), false, "", {}});
-        ExportPostgis(map, Connection(), {"site", true, "", {}});
+        ExportPostgis(map, Connection(), Options("site", true));
+        ExportPostgis(map, Connection(), Options("robot " + std::to_string(i)));
+        ExportPostgis(map, Connection(), Options("site", true));
       } catch (const std::exception& error) {
         errors.at(static_cast<std::size_t>(i)) = error.what();
       }
@@ -225,7 +235,7 @@ TEST_F(Postgis, LosesAndDoublesNothingOfTenWritersAtATime) {
 TEST_F(Postgis, NamesWhatIsMissingButNoPassword) {
   const MapReader map(WriteMap());
   const auto export_to = [&](const std::string& connection) {
-    return [&map, connection] { ExportPostgis(map, connection, {"lab", false, "", {}}); };
+    return [&map, connection] { ExportPostgis(map, connection, Options("lab")); };
   };
   EXPECT_THAT(export_to(Connection("plain")),
               ThrowsMessage<InputError>("the database has no PostGIS; run 'CREATE EXTENSION "
