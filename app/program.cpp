@@ -18,6 +18,7 @@
 #include "app/terminal/console.hpp"
 #include "app/terminal/interrupt.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 #include "calib/base/similar_word.hpp"
 
 namespace ceilmap::app {
@@ -25,9 +26,10 @@ namespace {
 
 enum ExitCode { kDone = 0, kFailed = 1, kUnusableInput = 2 };
 
+// Goes into results, which may be given away: without passwords.
 std::string JoinCommandLine(int argc, const char* const* argv) {
   std::string line = "ceilmap";
-  for (int i = 1; i < argc; ++i) line += fmt::format(" {}", argv[i]);
+  for (int i = 1; i < argc; ++i) line += fmt::format(" {}", WithoutSecrets(argv[i]));
   return line;
 }
 
@@ -199,8 +201,9 @@ const commands::Command* CommandLine::Parse(int argc, const char* const* argv) {
     }
     CheckOptionNames(*program_);
     const std::string name = FullName(LastParsed(*program_));
-    throw InputError(
-        fmt::format("{}; see 'ceilmap {}--help'", error.what(), name.empty() ? "" : name + " "));
+    throw InputError(fmt::format("{}; see 'ceilmap {}--help'",
+                                 WithoutSecrets(error.what()),
+                                 name.empty() ? "" : name + " "));
   }
   return &ChosenCommand(commands_);
 }

@@ -49,7 +49,11 @@ struct PlaceFinder::Impl {
   Impl(const store::MapReader& map, const calib::CeilingView& view)
       : descriptors(ParamsOf(map.Metadata())),
         describer(MakeDescriber(view)),
-        filling(std::async(std::launch::async, [&map, this] { return Fill(map, stop); }).share()) {
+        // Descriptors on a server are read when they are needed: not by a robot with a known start.
+        filling(
+            std::async(map.IsRemote() ? std::launch::deferred : std::launch::async, [&map, this] {
+              return Fill(map, stop);
+            }).share()) {
     SetView(view);
   }
   ~Impl() { stop = true; }

@@ -12,9 +12,11 @@
 #include "app/files/tum.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 #include "mapping/graph/g2o.hpp"
 #include "mapping/mosaic/floor_heights.hpp"
 #include "mapping/store/export.hpp"
+#include "mapping/store/postgis.hpp"
 
 namespace fs = std::filesystem;
 
@@ -26,8 +28,11 @@ struct ExportOptions {
   std::string format;
   fs::path output;
   bool from_below = false;
+  std::string name;  // with postgis
+  fs::path mosaic;
   FrameOption frame;
 
+  [[nodiscard]] bool ToDatabase() const { return format == "postgis"; }
   void Check() const;
 };
 
@@ -36,11 +41,18 @@ void ExportOptions::Check() const {
     throw InputError(fmt::format(
         "--from-below is for --format png; --format {} is used with maps seen from above", format));
   }
-  const bool has_frame =
-      format == "geotiff" || format == "heights" || format == "ros" || format == "tum";
+  if (!ToDatabase() && !(name.empty() && mosaic.empty())) {
+    throw InputError(fmt::format("{} is for --format postgis; leave it out",
+                                 name.empty() ? "--mosaic" : "--name"));
+  }
+  if (!ToDatabase() && store::IsPostgisConnection(output.string())) {
+    throw InputError("-o: is a database; give --format postgis, or a file");
+  }
+  const bool has_frame = format == "geotiff" || format == "cog" || format == "heights" ||
+                         format == "ros" || format == "tum";
   if (frame.Value() == store::Frame::kSite && !has_frame) {
     throw InputError(fmt::format(
-        "--frame site is for the formats geotiff, heights, ros and tum; {} is in the map's "
+        "--frame site is for the formats geotiff, cog, heights, ros and tum; {} is in the map's "
         "coordinates",
         format));
   }
@@ -94,7 +106,27 @@ void WriteBag(const store::MapReader& map, const fs::path& output, terminal::Sum
                  map.Grid().resolution);
 }
 
+void WriteDatabase(const store::MapReader& map,
+                   const ExportOptions& params,
+                   bool replace,
+                   terminal::Summary& summary) {
+  store::PostgisOptions options;
+  options.name = params.name.empty() ? fs::path(WithoutSecrets(params.map.string())).stem().string()
+                                     : params.name;
+  options.replace = replace;
+  if (!params.mosaic.empty()) {
+    options.mosaic = fs::absolute(params.mosaic).string();
+    options.before_writing = [&] { store::ExportCog(map, params.mosaic); };
+  }
+  store::ExportPostgis(map, params.output.string(), options);
+  summary.quality["database"] = WithoutSecrets(params.output.string());
+  summary.quality["name"] = options.name;
+}
+
 std::vector<fs::path> OutputFiles(const ExportOptions& params) {
+  if (params.format == "postgis") {
+    return params.mosaic.empty() ? std::vector<fs::path>() : std::vector<fs::path>{params.mosaic};
+  }
   if (params.format != "ros") return {params.output};
   fs::path yaml = params.output;
   if (yaml.extension() != ".yaml") yaml += ".yaml";
@@ -112,6 +144,10 @@ void RunExport(const ExportOptions& params,
     store::ExportPng(map, params.output, {.seen_from_below = params.from_below});
   } else if (params.format == "geotiff") {
     store::ExportGeoTiff(map, params.output, params.frame.Value());
+  } else if (params.format == "cog") {
+    store::ExportCog(map, params.output, params.frame.Value());
+  } else if (params.ToDatabase()) {
+    WriteDatabase(map, params, common.force, summary);
   } else if (params.format == "heights") {
     ExportHeights(map, params.output, params.frame.Value());
   } else if (params.format == "g2o") {
@@ -128,6 +164,7 @@ void RunExport(const ExportOptions& params,
   summary.quality["map_height_px"] = map.Grid().height_px;
   if (common.quiet) return;
   for (const fs::path& file : files) fmt::print("written {}\n", file.string());
+  if (params.ToDatabase()) fmt::print("written to {}\n", WithoutSecrets(params.output.string()));
 }
 
 }  // namespace
@@ -137,22 +174,34 @@ Command AddExportCommand(CLI::App& program) {
       MakeCommand(program,
                   "export",
                   "Converts a map for other programs: its mosaic for ROS map_server "
-                  "and Nav2, GIS or people, the heights of its ceiling as a "
+                  "and Nav2, GIS, web maps or people, the heights of its ceiling as a "
                   "GeoTIFF, its pose graph as g2o text, its trajectory as TUM "
                   "lines, its mosaic, keyframes and trajectory for ROS 2 and Foxglove "
-                  "as an MCAP bag.",
+                  "as an MCAP bag, its layers as tables of a PostGIS database.",
                   "ceilmap export lab.gpkg --format ros -o lab.yaml\n"
                   "  ceilmap export lab.gpkg --format mcap -o lab.mcap\n"
-                  "  ceilmap export plant.gpkg --format heights -o plant.tif");
+                  "  ceilmap export plant.gpkg --format heights -o plant.tif\n"
+                  "  ceilmap export lab.gpkg --format cog -o lab.tif\n"
+                  "  ceilmap export lab.gpkg --format postgis --mosaic lab.tif -o 'PG:host=db "
+                  "dbname=site'");
   auto params = std::make_shared<ExportOptions>();
   CLI::App& cli = *command.cli;
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   cli.add_option("--format", params->format, "Format of the result")
       ->required()
-      ->check(CLI::IsMember({"ros", "geotiff", "heights", "png", "g2o", "tum", "mcap"}));
-  cli.add_option("-o,--output", params->output, "Output file; with ros PATH.yaml and PATH.png")
+      ->check(CLI::IsMember(
+          {"ros", "geotiff", "heights", "png", "g2o", "tum", "mcap", "cog", "postgis"}));
+  cli.add_option("-o,--output",
+                 params->output,
+                 "Output file; with ros PATH.yaml and PATH.png; with postgis the database, "
+                 "'PG:host=... dbname=...' (password: ~/.pgpass or PGPASSWORD)")
       ->required()
       ->type_name("PATH");
+  cli.add_option("--name", params->name, "Name of the map in the database [that of its file]")
+      ->type_name("NAME");
+  cli.add_option(
+         "--mosaic", params->mosaic, "With postgis: the mosaic as a cloud optimized GeoTIFF beside")
+      ->type_name("FILE.tif");
   cli.add_flag("--from-below", params->from_below, "png as seen from below");
   params->frame.AddTo(cli);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {

@@ -88,7 +88,7 @@ MapInfo Inspect(const fs::path& file) {
     info.last_stamp_s = trajectory.back().stamp_s;
   }
   info.covered_area = CoveredArea(map);
-  info.file_bytes = fs::file_size(file);
+  info.file_bytes = map.FileBytes();
   info.quality = map.Quality();
   info.weak_spots = map.ReadWeakSpots();
   info.left_out = map.ReadLeftOut();

@@ -26,6 +26,7 @@
 #include "app/terminal/interrupt.hpp"
 #include "app/terminal/progress.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 #include "calib/base/yaml_value.hpp"
 #include "calib/rig.hpp"
 #include "calib/robot_rig.hpp"
@@ -193,8 +194,9 @@ void WarnOfScale(const calib::Rig& rig,
 // Initial content of the live page: the map.
 page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader& map) {
   page::PageData page;
-  page.title = fmt::format(
-      "{} on {}", fs::path(params.up).filename().string(), params.map.filename().string());
+  page.title = fmt::format("{} on {}",
+                           fs::path(params.up).filename().string(),
+                           fs::path(WithoutSecrets(params.map.string())).filename().string());
   if (params.watch.Live()) reports::AddMap(map, page);
   return page;
 }
@@ -210,15 +212,15 @@ calib::Rig RigFor(const LocalizeOptions& params) {
                                   map.ceiling_height_m);
   }
   const std::string& text = map.rig_yaml;
+  const std::string name = WithoutSecrets(params.map.string());
   if (text.empty()) {
-    throw InputError(fmt::format("{}: was made without a rig; give --rig", params.map.string()));
+    throw InputError(fmt::format("{}: was made without a rig; give --rig", name));
   }
   if (text.size() > kMaxSettingsBytes) {
-    throw InputError(
-        fmt::format("{}: its rig is larger than 1 MiB; give --rig", params.map.string()));
+    throw InputError(fmt::format("{}: its rig is larger than 1 MiB; give --rig", name));
   }
   try {
-    return calib::ParseRig(text, params.map.string() + " (its rig)");
+    return calib::ParseRig(text, name + " (its rig)");
   } catch (const InputError& error) {  // such as a camera_info file that is not here
     throw InputError(fmt::format("{}; or give --rig", error.what()));
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 
 namespace fs = std::filesystem;
 
@@ -23,7 +24,7 @@ void UnionOptions::Resolve(const char* command, files::Existing existing, std::s
 MapInputs::MapInputs(const std::vector<fs::path>& files) {
   for (const fs::path& file : files) {
     readers_.push_back(std::make_unique<store::MapReader>(file));
-    maps_.push_back({readers_.back().get(), file.string()});
+    maps_.push_back({readers_.back().get(), WithoutSecrets(file.string())});
   }
 }
 

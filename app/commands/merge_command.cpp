@@ -10,6 +10,7 @@
 #include "app/terminal/progress.hpp"
 #include "app/terminal/table.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 #include "mapping/map_union.hpp"
 
 namespace ceilmap::commands {
@@ -18,11 +19,11 @@ namespace {
 [[noreturn]] void Refuse(const mapping::MergeResult& merged, const UnionOptions& params) {
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
     if (merged.results[i].ok()) continue;
-    throw RunError(
-        fmt::format("{} cannot be joined with {}: {}; nothing was written",
-                    params.maps[i].string(),
-                    merged.results.size() > 2 ? "the others" : params.maps.front().string(),
-                    merged.results[i].reason));
+    throw RunError(fmt::format(
+        "{} cannot be joined with {}: {}; nothing was written",
+        WithoutSecrets(params.maps[i].string()),
+        merged.results.size() > 2 ? "the others" : WithoutSecrets(params.maps.front().string()),
+        merged.results[i].reason));
   }
   throw RunError("the maps cannot be joined");
 }
@@ -33,7 +34,7 @@ void Report(const mapping::MergeResult& merged,
   terminal::Table table;
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
     const mapping::JoinResult& join = merged.results[i];
-    table.AddRow({params.maps[i].filename().string(),
+    table.AddRow({WithoutSecrets(params.maps[i].filename().string()),
                   fmt::format("{} of {}", join.matched, join.expected),
                   "images agree where they must"});
   }

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 
 namespace ceilmap {
 namespace {
@@ -39,6 +40,10 @@ fs::path FolderOf(const fs::path& file) {
 
 AtomicFile::AtomicFile(fs::path target, std::vector<std::string> side_suffixes)
     : target_(std::move(target)), side_suffixes_(std::move(side_suffixes)) {
+  if (IsRemoteName(target_.string())) {
+    throw InputError(WithoutSecrets(target_.string()) +
+                     ": a server is only read from; write a file here and copy it to the server");
+  }
   const fs::path folder = FolderOf(target_);
   std::error_code ignored;
   if (!target_.has_filename()) {

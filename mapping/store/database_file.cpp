@@ -34,10 +34,17 @@ void CheckSqliteHeader(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw InputError("cannot be opened for reading; check its permissions");
   stream.read(reinterpret_cast<char*>(header.data()), header.size());
+  const std::uintmax_t file_bytes = fs::file_size(path, error);
+  CheckSqliteHeader(
+      header.data(), static_cast<std::size_t>(stream.gcount()), error ? 0 : file_bytes);
+}
+
+void CheckSqliteHeader(const unsigned char* header,
+                       std::size_t header_bytes,
+                       std::uint64_t file_bytes) {
   constexpr std::array<char, 16> kMagic = {
       'S', 'Q', 'L', 'i', 't', 'e', ' ', 'f', 'o', 'r', 'm', 'a', 't', ' ', '3', '\0'};
-  if (stream.gcount() != static_cast<std::streamsize>(header.size()) ||
-      !std::equal(kMagic.begin(), kMagic.end(), header.begin())) {
+  if (header_bytes < 100 || !std::equal(kMagic.begin(), kMagic.end(), header)) {
     throw InputError("is no GeoPackage; give a map made by 'ceilmap map'");
   }
   const auto big_endian = [&header](std::size_t at, std::size_t bytes) {
@@ -48,8 +55,7 @@ void CheckSqliteHeader(const fs::path& path) {
   const std::uint64_t stored_size = big_endian(16, 2);
   const std::uint64_t page_bytes = stored_size == 1 ? 65536 : stored_size;
   const bool has_page_count = big_endian(24, 4) == big_endian(92, 4);
-  const std::uintmax_t file_bytes = fs::file_size(path, error);
-  if (error || (has_page_count && file_bytes < page_bytes * big_endian(28, 4))) {
+  if (file_bytes == 0 || (has_page_count && file_bytes < page_bytes * big_endian(28, 4))) {
     throw InputError("is truncated; copy it again or make the map again");
   }
 }

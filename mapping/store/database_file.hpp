@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 
@@ -18,5 +19,10 @@ FileState StateOf(const std::filesystem::path& path);
 /// @throws InputError (without the file's name) when the file cannot be read, is no database, or is
 /// truncated.
 void CheckSqliteHeader(const std::filesystem::path& path);
+/// The same of a file of `file_bytes` bytes that begins with `header`.
+/// @param header_bytes  100, or fewer where the file is shorter.
+void CheckSqliteHeader(const unsigned char* header,
+                       std::size_t header_bytes,
+                       std::uint64_t file_bytes);
 
 }  // namespace ceilmap::store

@@ -34,6 +34,10 @@ void ExportGeoTiff(const MapReader& map,
                    const std::filesystem::path& file,
                    Frame frame = Frame::kMap);
 
+/// The same as a Cloud Optimized GeoTIFF, which programs read over the network by parts. Needs
+/// twice the space while it is written.
+void ExportCog(const MapReader& map, const std::filesystem::path& file, Frame frame = Frame::kMap);
+
 /// Fills a window of a raster of heights: metres above the floor, CV_32FC1, NaN where not known.
 using HeightSource = std::function<void(const cv::Rect& window, cv::Mat& metres)>;
 

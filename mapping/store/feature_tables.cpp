@@ -76,6 +76,13 @@ Eigen::Vector2d Point(OGRFeature& row) {
   return {point.getX(), point.getY()};
 }
 
+template <typename... Values>
+bool AppendFilled(OGRLayer& layer, const Values&... values) {
+  const OGRFeatureUniquePtr row = NewRow(layer);
+  Fill(*row, values...);
+  return AddRow(layer, *row);
+}
+
 }  // namespace
 
 OGRLayer* CreateKeyframes(GDALDataset& dataset, OGRSpatialReference& srs) {
@@ -115,53 +122,44 @@ OGRLayer* CreateLeftOut(GDALDataset& dataset, OGRSpatialReference& srs) {
   return done ? layer : nullptr;
 }
 
-bool Append(OGRLayer& layer, const graph::Keyframe& keyframe) {
-  const OGRFeatureUniquePtr row = NewRow(layer);
-  row->SetFID(keyframe.id);
-  SetFrame(*row, keyframe.pose);
-  row->SetField("ambiguous", keyframe.ambiguous ? 1 : 0);
-  return AddRow(layer, *row);
+void Fill(OGRFeature& row, const graph::Keyframe& keyframe) {
+  row.SetFID(keyframe.id);
+  SetFrame(row, keyframe.pose);
+  row.SetField("ambiguous", keyframe.ambiguous ? 1 : 0);
 }
 
-bool Append(OGRLayer& layer, const graph::FramePose& frame) {
-  const OGRFeatureUniquePtr row = NewRow(layer);
-  SetFrame(*row, frame);
-  return AddRow(layer, *row);
+void Fill(OGRFeature& row, const graph::FramePose& frame) {
+  SetFrame(row, frame);
 }
 
-bool Append(OGRLayer& layer,
-            const graph::Edge& edge,
-            const Pose2& T_map_from,
-            const Pose2& T_map_to) {
-  const OGRFeatureUniquePtr row = NewRow(layer);
-  row->SetField("from_id", static_cast<GIntBig>(edge.from));
-  row->SetField("to_id", static_cast<GIntBig>(edge.to));
-  row->SetField("kind", kEdgeKinds.at(static_cast<std::size_t>(edge.kind)));
-  row->SetField("x", edge.T_from_to.x);
-  row->SetField("y", edge.T_from_to.y);
-  row->SetField("yaw_rad", edge.T_from_to.yaw);
-  SetMatrix(*row, kInformation, edge.information);
+void Fill(OGRFeature& row,
+          const graph::Edge& edge,
+          const Pose2& T_map_from,
+          const Pose2& T_map_to) {
+  row.SetField("from_id", static_cast<GIntBig>(edge.from));
+  row.SetField("to_id", static_cast<GIntBig>(edge.to));
+  row.SetField("kind", kEdgeKinds.at(static_cast<std::size_t>(edge.kind)));
+  row.SetField("x", edge.T_from_to.x);
+  row.SetField("y", edge.T_from_to.y);
+  row.SetField("yaw_rad", edge.T_from_to.yaw);
+  SetMatrix(row, kInformation, edge.information);
   OGRLineString line;
   line.addPoint(T_map_from.x, T_map_from.y);
   line.addPoint(T_map_to.x, T_map_to.y);
-  row->SetGeometry(&line);
-  return AddRow(layer, *row);
+  row.SetGeometry(&line);
 }
 
-bool Append(OGRLayer& layer, const graph::WeakSpot& spot) {
-  const OGRFeatureUniquePtr row = NewRow(layer);
-  row->SetField("kind", graph::ToString(spot.kind));
-  row->SetField("keyframe_id", static_cast<GIntBig>(spot.keyframe_id));
-  row->SetField("extent", spot.extent);
+void Fill(OGRFeature& row, const graph::WeakSpot& spot) {
+  row.SetField("kind", graph::ToString(spot.kind));
+  row.SetField("keyframe_id", static_cast<GIntBig>(spot.keyframe_id));
+  row.SetField("extent", spot.extent);
   const OGRPoint point(spot.x, spot.y);
-  row->SetGeometry(&point);
-  return AddRow(layer, *row);
+  row.SetGeometry(&point);
 }
 
-bool Append(OGRLayer& layer, const LeftOut& places) {
-  const OGRFeatureUniquePtr row = NewRow(layer);
-  row->SetField("kind", ToString(places.kind));
-  row->SetField("area", places.area);
+void Fill(OGRFeature& row, const LeftOut& places) {
+  row.SetField("kind", ToString(places.kind));
+  row.SetField("area", places.area);
   OGRMultiPolygon shape;
   for (const auto& rings : places.polygons) {
     OGRPolygon polygon;
@@ -173,8 +171,30 @@ bool Append(OGRLayer& layer, const LeftOut& places) {
     }
     shape.addGeometry(&polygon);
   }
-  row->SetGeometry(&shape);
-  return AddRow(layer, *row);
+  row.SetGeometry(&shape);
+}
+
+bool Append(OGRLayer& layer, const graph::Keyframe& keyframe) {
+  return AppendFilled(layer, keyframe);
+}
+
+bool Append(OGRLayer& layer, const graph::FramePose& frame) {
+  return AppendFilled(layer, frame);
+}
+
+bool Append(OGRLayer& layer,
+            const graph::Edge& edge,
+            const Pose2& T_map_from,
+            const Pose2& T_map_to) {
+  return AppendFilled(layer, edge, T_map_from, T_map_to);
+}
+
+bool Append(OGRLayer& layer, const graph::WeakSpot& spot) {
+  return AppendFilled(layer, spot);
+}
+
+bool Append(OGRLayer& layer, const LeftOut& places) {
+  return AppendFilled(layer, places);
 }
 
 graph::FramePose ToFramePose(OGRFeature& row) {

@@ -17,6 +17,13 @@ OGRLayer* CreateEdges(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateWeakSpots(GDALDataset& dataset, OGRSpatialReference& srs);
 OGRLayer* CreateLeftOut(GDALDataset& dataset, OGRSpatialReference& srs);
 
+/// Sets the values of a row, in a map or in a database with the same columns.
+void Fill(OGRFeature& row, const graph::Keyframe& keyframe);
+void Fill(OGRFeature& row, const graph::FramePose& frame);
+void Fill(OGRFeature& row, const graph::Edge& edge, const Pose2& T_map_from, const Pose2& T_map_to);
+void Fill(OGRFeature& row, const graph::WeakSpot& spot);
+void Fill(OGRFeature& row, const LeftOut& places);
+
 /// Adds a row; false when GDAL fails. An edge is a line between its two keyframes.
 bool Append(OGRLayer& layer, const graph::Keyframe& keyframe);
 bool Append(OGRLayer& layer, const graph::FramePose& frame);

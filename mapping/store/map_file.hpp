@@ -134,8 +134,14 @@ class MapWriter {
 
 /// Reads a map. @throws InputError when the file is missing, no GeoPackage, no ceilmap map,
 /// damaged, or of another format version (with a solution in each message). Thread-safe.
+///
+/// A map may stand on a server: https://HOST/MAP.gpkg, http://..., /vsicurl/URL, /vsis3/BUCKET/KEY
+/// (IsRemoteName). Then only the parts that are asked for are read, once: they are kept in memory
+/// and in a cache on disk (README.md). All calls also throw RunError when the server does not
+/// answer for about half a minute, or has another version of the map than the one that was opened.
 class MapReader {
  public:
+  /// @param file  a local file, or a name for which IsRemoteName.
   explicit MapReader(const std::filesystem::path& file);
   ~MapReader();
   MapReader(const MapReader&) = delete;
@@ -144,8 +150,11 @@ class MapReader {
   /// Checks that the file was not changed. A program that replaces this map by a new one calls it
   /// after the MapWriter has locked the name, so that changes by others are not lost.
   /// @throws InputError unless the file's name still refers to the file that this object reads,
-  /// unchanged.
+  /// unchanged; RunError of a map on a server.
   void CheckCurrent() const;
+
+  [[nodiscard]] bool IsRemote() const;            ///< on a server
+  [[nodiscard]] std::uint64_t FileBytes() const;  ///< size of the file
 
   [[nodiscard]] const MapMetadata& Metadata() const;
   [[nodiscard]] const MosaicGrid& Grid() const;  ///< of 0 x 0 pixels when the map has no mosaic

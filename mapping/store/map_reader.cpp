@@ -7,13 +7,12 @@
 
 #include "calib/base/error.hpp"
 #include "mapping/store/attribute_tables.hpp"
-#include "mapping/store/database_file.hpp"
 #include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
 #include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_metadata.hpp"
-#include "mapping/store/map_schema.hpp"
+#include "mapping/store/map_origin.hpp"
 #include "mapping/store/map_tables.hpp"
 #include "mapping/store/site_tables.hpp"
 
@@ -25,12 +24,12 @@ namespace fs = std::filesystem;
 /// Maximum number of rows of a table in memory: the frames of a week at 30 a second.
 constexpr std::size_t kMaxRows = 20'000'000;
 
-GDALDatasetUniquePtr Open(const fs::path& path,
+GDALDatasetUniquePtr Open(const std::string& name,
                           unsigned kind,
                           const std::vector<const char*>& options) {
   const std::array<const char*, 2> drivers = {"GPKG", nullptr};
   return GDALDatasetUniquePtr(
-      GDALDataset::Open(path.c_str(), kind, drivers.data(), options.data(), nullptr));
+      GDALDataset::Open(name.c_str(), kind, drivers.data(), options.data(), nullptr));
 }
 
 }  // namespace
@@ -38,10 +37,9 @@ GDALDatasetUniquePtr Open(const fs::path& path,
 struct MapReader::Impl {
   explicit Impl(const fs::path& path);
 
-  [[noreturn]] void Throw(const std::string& what) const {
-    throw InputError(path.string() + ": " + what);
-  }
+  [[noreturn]] void Throw(const std::string& what) const { origin.Throw(what); }
   void Check(const GdalScope& gdal) const {
+    origin.CheckConnection();
     if (gdal.Failed()) Throw("the file is damaged (" + gdal.Message() + ")");
   }
   /// Runs `read` and adds the file's name to its errors.
@@ -53,19 +51,17 @@ struct MapReader::Impl {
       Throw(error.what());
     }
   }
-  OGRLayer& Layer(const char* name) const;
+  OGRLayer& Layer(const char* table) const;
   [[nodiscard]] bool Has(const char* table) const;
   template <typename Row, typename Convert>
   std::vector<Row> ReadAll(const char* table, Convert convert) const;
 
   void AddHeights(std::vector<graph::Keyframe>& keyframes) const;
 
-  void CheckCurrent() const;
   void OpenTables();
   void OpenMosaic();
 
-  fs::path path;
-  FileState state;
+  MapOrigin origin;
   MapMetadata metadata;
   graph::MapQuality quality;
   MosaicGrid grid;
@@ -74,24 +70,17 @@ struct MapReader::Impl {
   GDALDatasetUniquePtr mosaic;  // null: the map has none
 };
 
-MapReader::Impl::Impl(const fs::path& map_path) : path(map_path), state(StateOf(map_path)) {
-  Named([&] {
-    CheckSqliteHeader(path);
-    CheckSchema(path);
-  });
+MapReader::Impl::Impl(const fs::path& path) : origin(path) {
   OpenTables();
   OpenMosaic();
-  // Each dataset was opened by name: they must not be of two different files.
-  CheckCurrent();
-}
-
-void MapReader::Impl::CheckCurrent() const {
-  if (StateOf(path) != state) Throw("was replaced while it was opened; try again");
+  // Each dataset was opened by name: they must not be of two different files. On a server all that
+  // is read is of one version.
+  if (!origin.IsRemote()) origin.CheckCurrent();
 }
 
 void MapReader::Impl::OpenTables() {
   const GdalScope gdal;
-  database = Open(path, GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
+  database = Open(origin.Name(), GDAL_OF_VECTOR, {"LIST_ALL_TABLES=NO", nullptr});
   if (!database) Throw("cannot be read as a GeoPackage (" + gdal.Message() + ")");
   if (!Has(tables::kMetadata)) {
     Throw("is a GeoPackage but no ceilmap map; give one made by 'ceilmap map'");
@@ -137,7 +126,7 @@ void MapReader::Impl::OpenMosaic() {
   Check(gdal);
   if (!has_mosaic) return;
 
-  mosaic = Open(path, GDAL_OF_RASTER, {"TABLE=mosaic", "BAND_COUNT=2", nullptr});
+  mosaic = Open(origin.Name(), GDAL_OF_RASTER, {"TABLE=mosaic", "BAND_COUNT=2", nullptr});
   std::array<double, 6> transform{};
   if (!mosaic || mosaic->GetRasterCount() != 2 ||
       mosaic->GetGeoTransform(transform.data()) != CE_None) {
@@ -157,12 +146,14 @@ void MapReader::Impl::OpenMosaic() {
 }
 
 bool MapReader::Impl::Has(const char* table) const {
-  return database->GetLayerByName(table) != nullptr;
+  const bool found = database->GetLayerByName(table) != nullptr;
+  origin.CheckConnection();
+  return found;
 }
 
-OGRLayer& MapReader::Impl::Layer(const char* name) const {
-  OGRLayer* layer = database->GetLayerByName(name);
-  if (layer == nullptr) Throw(std::string("has no table ") + name + "; the file is damaged");
+OGRLayer& MapReader::Impl::Layer(const char* table) const {
+  OGRLayer* layer = database->GetLayerByName(table);
+  if (layer == nullptr) Throw(std::string("has no table ") + table + "; the file is damaged");
   return *layer;
 }
 
@@ -213,7 +204,15 @@ MapReader::~MapReader() {
 }
 
 void MapReader::CheckCurrent() const {
-  impl_->CheckCurrent();
+  impl_->origin.CheckCurrent();
+}
+
+bool MapReader::IsRemote() const {
+  return impl_->origin.IsRemote();
+}
+
+std::uint64_t MapReader::FileBytes() const {
+  return impl_->origin.FileBytes();
 }
 
 const MapMetadata& MapReader::Metadata() const {

@@ -29,9 +29,9 @@ constexpr const char* kWorkedOut =
                    InOneLine(sqlite3_errmsg(database), kMaxMessageBytes) + ")");
 }
 
-Database Open(const std::filesystem::path& file) {
+Database Open(const std::filesystem::path& file, const char* vfs) {
   sqlite3* handle = nullptr;
-  const int result = sqlite3_open_v2(file.c_str(), &handle, SQLITE_OPEN_READONLY, nullptr);
+  const int result = sqlite3_open_v2(file.c_str(), &handle, SQLITE_OPEN_READONLY, vfs);
   Database database(handle, &sqlite3_close);
   if (result != SQLITE_OK) ThrowDamaged(handle);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -56,8 +56,8 @@ bool IsSpatialIndex(const std::string& name, const std::string& sql) {
 
 }  // namespace
 
-void CheckSchema(const std::filesystem::path& file) {
-  const Database database = Open(file);
+void CheckSchema(const std::filesystem::path& file, const char* vfs) {
+  const Database database = Open(file, vfs);
   sqlite3_stmt* prepared = nullptr;
   const int made = sqlite3_prepare_v2(database.get(), kWorkedOut, -1, &prepared, nullptr);
   const Statement rows(prepared, &sqlite3_finalize);

@@ -14,6 +14,7 @@
 #include "mapping/store/map_metadata.hpp"
 #include "mapping/store/map_tables.hpp"
 #include "mapping/store/site_tables.hpp"
+#include "mapping/store/table_layout.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -322,6 +323,8 @@ void MapWriter::WriteMosaic(const MosaicGrid& grid,
   {
     const GdalScope gdal;
     impl_->CloseDataset(gdal);
+    // They were written between images. A robot that is lost reads them all, over a network too.
+    GatherTable(impl_->file.PartialPath(), tables::kDescriptors);
     impl_->AddMosaicTable(gdal, grid);
     impl_->OpenDataset(gdal);
   }

@@ -80,6 +80,39 @@ void FillHeights(const cv::Rect& window, cv::Mat& metres) {
   }
 }
 
+TEST_F(Export, CloudOptimizedGeoTiffBeginsWithItsDirectories) {
+  const MapReader map(folder_ / "map.gpkg");
+  ExportCog(map, folder_ / "map.tif");
+  const auto cog = Open(folder_ / "map.tif");
+  ASSERT_NE(cog, nullptr);
+  ExpectMosaic(*cog);
+  EXPECT_STREQ(cog->GetMetadataItem("LAYOUT", "IMAGE_STRUCTURE"), "COG");
+  std::array<double, 6> transform{};
+  ASSERT_EQ(cog->GetGeoTransform(transform.data()), CE_None);
+  EXPECT_EQ(transform, (std::array<double, 6>{-1.25, 0.005, 0, 3.5, 0, -0.005}));
+  // The directories in order of falling size, and before all pixels, whose order is the opposite:
+  // the rules of GDAL's validate_cloud_optimized_geotiff.py.
+  const auto at = [](GDALRasterBand& band, const char* item) {
+    const char* const text = band.GetMetadataItem(item, "TIFF");
+    EXPECT_NE(text, nullptr) << item;
+    return text == nullptr ? 0 : std::stoll(text);
+  };
+  GDALRasterBand& band = *cog->GetRasterBand(1);
+  ASSERT_EQ(band.GetOverviewCount(), 2) << "700 x 300, 350 x 150, 175 x 75";
+  long long directory = at(band, "IFD_OFFSET");
+  long long pixels = at(band, "BLOCK_OFFSET_0_0");
+  EXPECT_LT(directory, 300);
+  for (int i = 0; i < 2; ++i) {
+    GDALRasterBand& overview = *band.GetOverview(i);
+    EXPECT_GT(at(overview, "IFD_OFFSET"), directory);
+    EXPECT_LT(at(overview, "BLOCK_OFFSET_0_0"), pixels);
+    directory = at(overview, "IFD_OFFSET");
+    pixels = at(overview, "BLOCK_OFFSET_0_0");
+  }
+  EXPECT_GT(pixels, directory);
+  EXPECT_EQ(folder_.CountFiles(), 2U) << "no temporary file remains";
+}
+
 TEST_F(Export, Heights) {
   ExportHeights(kGrid, FillHeights, folder_ / "heights.tif");
   EXPECT_EQ(folder_.CountFiles(), 2U);
