@@ -30,7 +30,7 @@ struct Refused {
 
 constexpr std::string_view kSetByPlan = "without it: the plan sets it";
 
-constexpr std::array<Refused, 9> kNotOfMap{{
+constexpr std::array<Refused, 8> kNotOfMap{{
     {"--append", "without it: each recording has a map of its own"},
     {"--rig", "without it: it is the key 'rig' of a recording"},
     {"--up", "without it: it is the key 'up' of a recording"},
@@ -39,7 +39,6 @@ constexpr std::array<Refused, 9> kNotOfMap{{
     {"--gyro", "without it: it is the key 'gyro' of a recording"},
     {"--forward", "without it: it is the key 'forward' of a recording"},
     {"--edges", kSetByPlan},
-    {"--points", kSetByPlan},
 }};
 
 /// Options of `map` that name a file or folder of results.

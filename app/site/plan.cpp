@@ -55,7 +55,8 @@ void Add(Job& job, const Words& words) {
 }
 
 /// Options whose values are files that a command reads. Others may be results.
-constexpr std::array<std::string_view, 7> kInputOptions{"--settings",
+constexpr std::array<std::string_view, 8> kInputOptions{"--settings",
+                                                        "--points",
                                                         "--omni",
                                                         "--omni-stamps",
                                                         "--forward-stamps",

@@ -170,6 +170,26 @@ TEST_F(SiteCommand, AnInterruptedMapIsNoResult) {
   EXPECT_EQ(Run().exit_code, 0);
 }
 
+// With all steps of ceilmap: the two drives share a third of their path.
+TEST_F(SiteCommand, JoinsTheRecordings) {
+  const support::ProcessResult help = support::RunCeilmap({"--help"}, ".");
+  if (help.out.find("\n  solve ") == std::string::npos) GTEST_SKIP() << "no 'ceilmap solve' yet";
+  const auto run = [this](const std::string& processes) {
+    const support::ProcessResult result = support::RunCeilmap(
+        {"site", "run", "site.yaml", std::string("--program=") + CEILMAP_EXE, processes},
+        folder_.Path().string());
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("written site.gpkg"));
+    return Bytes();
+  };
+  const std::vector<std::string> alone = run("-j1");
+  const auto info = nlohmann::json::parse(
+      support::RunCeilmap({"info", "site.gpkg", "--json"}, folder_.Path().string()).out);
+  EXPECT_EQ(info["trajectory_poses"], Sites::kFirst + Sites::kSecond);
+  RemoveResults();
+  EXPECT_TRUE(run("-j2") == alone) << "the bytes depend on the number of processes";
+}
+
 TEST_F(SiteCommand, DoesNotReplaceFilesOfOthers) {
   folder_.Write("site.gpkg", "mine");
   const support::ProcessResult result = Run();
