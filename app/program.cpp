@@ -195,8 +195,7 @@ const commands::Command* CommandLine::Parse(int argc, const char* const* argv) {
     }
     CheckOptionNames(*program_);
     const std::string name = FullName(LastParsed(*program_));
-    throw InputError(
-        fmt::format("{}; see 'ceilmap {}--help'",
+    throw InputError(fmt::format("{}; see 'ceilmap {}--help'",
                                  WithoutSecrets(error.what()),
                                  name.empty() ? "" : name + " "));
   }

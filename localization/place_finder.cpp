@@ -50,9 +50,10 @@ struct PlaceFinder::Impl {
       : descriptors(ParamsOf(map.Metadata())),
         describer(MakeDescriber(view)),
         // Descriptors on a server are read when they are needed: not by a robot with a known start.
-        filling(std::async(map.IsRemote() ? std::launch::deferred : std::launch::async,
-                           [&map, this] { return Fill(map, stop); })
-                    .share()) {
+        filling(
+            std::async(map.IsRemote() ? std::launch::deferred : std::launch::async, [&map, this] {
+              return Fill(map, stop);
+            }).share()) {
     SetView(view);
   }
   ~Impl() { stop = true; }

@@ -80,8 +80,8 @@ void WriteDatabase(const store::MapReader& map,
                    bool replace,
                    terminal::Summary& summary) {
   store::PostgisOptions options;
-  options.name =
-      params.name.empty() ? fs::path(WithoutSecrets(params.map.string())).stem().string() : params.name;
+  options.name = params.name.empty() ? fs::path(WithoutSecrets(params.map.string())).stem().string()
+                                     : params.name;
   options.replace = replace;
   if (!params.mosaic.empty()) {
     options.mosaic = fs::absolute(params.mosaic).string();
@@ -170,7 +170,8 @@ Command AddExportCommand(CLI::App& program) {
   cli.add_option("map", params->map, "The map")->required()->type_name("MAP.gpkg");
   cli.add_option("--format", params->format, "Format of the result")
       ->required()
-      ->check(CLI::IsMember({"ros", "geotiff", "heights", "png", "g2o", "tum", "mcap", "cog", "postgis"}));
+      ->check(CLI::IsMember(
+          {"ros", "geotiff", "heights", "png", "g2o", "tum", "mcap", "cog", "postgis"}));
   cli.add_option("-o,--output",
                  params->output,
                  "Output file; with ros PATH.yaml and PATH.png; with postgis the database, "

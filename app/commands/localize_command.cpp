@@ -210,8 +210,9 @@ void WarnOfScale(const calib::Rig& rig,
 // Initial content of the live page: the map.
 page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader& map) {
   page::PageData page;
-  page.title = fmt::format(
-      "{} on {}", fs::path(params.up).filename().string(), fs::path(WithoutSecrets(params.map.string())).filename().string());
+  page.title = fmt::format("{} on {}",
+                           fs::path(params.up).filename().string(),
+                           fs::path(WithoutSecrets(params.map.string())).filename().string());
   if (params.watch.Live()) reports::AddMap(map, page);
   return page;
 }
@@ -232,8 +233,7 @@ calib::Rig RigFor(const LocalizeOptions& params) {
     throw InputError(fmt::format("{}: was made without a rig; give --rig", name));
   }
   if (text.size() > kMaxSettingsBytes) {
-    throw InputError(
-        fmt::format("{}: its rig is larger than 1 MiB; give --rig", name));
+    throw InputError(fmt::format("{}: its rig is larger than 1 MiB; give --rig", name));
   }
   try {
     return calib::ParseRig(text, name + " (its rig)");

@@ -44,16 +44,18 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
   for (std::size_t i = 1; i < maps.size(); ++i) {
     const std::string problem = mapping::Incompatibility(metadata, maps[i]->Metadata());
     if (!problem.empty()) {
-      throw InputError(fmt::format(
-          "{} and {}: {}", WithoutSecrets(params.maps.front().string()), WithoutSecrets(params.maps[i].string()), problem));
+      throw InputError(fmt::format("{} and {}: {}",
+                                   WithoutSecrets(params.maps.front().string()),
+                                   WithoutSecrets(params.maps[i].string()),
+                                   problem));
     }
   }
   if (params.resolution) metadata.resolution = *params.resolution;
   metadata.program_version = CEILMAP_VERSION;
   metadata.provenance = common.command_line;
   for (std::size_t i = 0; i < maps.size(); ++i) {
-    metadata.provenance +=
-        fmt::format("\n{}: {}", WithoutSecrets(params.maps[i].string()), maps[i]->Metadata().provenance);
+    metadata.provenance += fmt::format(
+        "\n{}: {}", WithoutSecrets(params.maps[i].string()), maps[i]->Metadata().provenance);
   }
   return metadata;
 }
@@ -61,11 +63,11 @@ store::MapMetadata Describe(const std::vector<std::unique_ptr<store::MapReader>>
 [[noreturn]] void Refuse(const mapping::MergeResult& merged, const MergeCommandOptions& params) {
   for (std::size_t i = 1; i < merged.results.size(); ++i) {
     if (merged.results[i].ok()) continue;
-    throw RunError(
-        fmt::format("{} cannot be joined with {}: {}; nothing was written",
-                    WithoutSecrets(params.maps[i].string()),
-                    merged.results.size() > 2 ? "the others" : WithoutSecrets(params.maps.front().string()),
-                    merged.results[i].reason));
+    throw RunError(fmt::format(
+        "{} cannot be joined with {}: {}; nothing was written",
+        WithoutSecrets(params.maps[i].string()),
+        merged.results.size() > 2 ? "the others" : WithoutSecrets(params.maps.front().string()),
+        merged.results[i].reason));
   }
   throw RunError("the maps cannot be joined");
 }

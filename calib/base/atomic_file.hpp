@@ -21,7 +21,8 @@ class AtomicFile {
   /// @param side_suffixes endings of additional files (journals) that the writing library may leave
   ///   beside the partial file; they are removed with it.
   /// @throws InputError when the folder does not exist or is not writable, when the target is a
-  ///   folder or on a server (IsRemoteName), or when another AtomicFile of any process has the same target.
+  ///   folder or on a server (IsRemoteName), or when another AtomicFile of any process has the same
+  ///   target.
   explicit AtomicFile(std::filesystem::path target, std::vector<std::string> side_suffixes = {});
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;

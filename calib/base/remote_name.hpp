@@ -5,8 +5,8 @@
 
 namespace ceilmap {
 
-/// Whether a name is that of a file on a server: a URL (http://, https://), or one of the names that
-/// GDAL gives to such files (/vsicurl/URL, /vsis3/BUCKET/KEY).
+/// Whether a name is that of a file on a server: a URL (http://, https://), or one of the names
+/// that GDAL gives to such files (/vsicurl/URL, /vsis3/BUCKET/KEY).
 bool IsRemoteName(std::string_view name);
 
 /// A name, an argument or a message without what must not be shown or stored: the password of a URL

@@ -173,8 +173,8 @@ bool BlockStore::Impl::MakeRoom(std::int64_t wanted) const {
   while (true) {
     const auto used = OneInteger(Make("SELECT total(bytes) FROM files"));
     if (!used || *used + wanted <= max_bytes) return used.has_value();
-    const auto oldest = OneInteger(std::move(
-        Make("SELECT id FROM files WHERE id <> ? ORDER BY used, id LIMIT 1").With(file)));
+    const auto oldest = OneInteger(
+        std::move(Make("SELECT id FROM files WHERE id <> ? ORDER BY used, id LIMIT 1").With(file)));
     if (!oldest || !Remove(*oldest)) return false;
   }
 }
@@ -235,14 +235,18 @@ void BlockStore::Use(const std::string& name, const std::string& version) {
   };
   bool done = true;
   for (auto id = outdated(); done && id; id = outdated()) done = impl_->Remove(*id);
-  done = done && impl_->Make("INSERT INTO files (name, version, bytes, used) VALUES (?, ?, 0, ?) "
-                             "ON CONFLICT (name, version) DO UPDATE SET used = excluded.used")
+  done = done && impl_
+                     ->Make(
+                         "INSERT INTO files (name, version, bytes, used) VALUES (?, ?, 0, ?) "
+                         "ON CONFLICT (name, version) DO UPDATE SET used = excluded.used")
                      .With(stored)
                      .With(version)
                      .With(static_cast<std::int64_t>(std::time(nullptr)))
                      .Run();
-  const auto id = OneInteger(std::move(
-      impl_->Make("SELECT id FROM files WHERE name = ? AND version = ?").With(stored).With(version)));
+  const auto id =
+      OneInteger(std::move(impl_->Make("SELECT id FROM files WHERE name = ? AND version = ?")
+                               .With(stored)
+                               .With(version)));
   impl_->End(done);
   if (done && id) impl_->file = *id;
 }

@@ -8,10 +8,11 @@
 
 namespace ceilmap::store {
 
-/// Blocks of remote files on this disk, for later runs: one SQLite database, which several processes
-/// may use at a time. It holds one version of each file, and at most a given number of bytes; the
-/// files that were not used for the longest time make room. It is only a cache: where the disk is
-/// full or the database damaged, nothing is found and nothing is stored, without an error.
+/// Blocks of remote files on this disk, for later runs: one SQLite database, which several
+/// processes may use at a time. It holds one version of each file, and at most a given number of
+/// bytes; the files that were not used for the longest time make room. It is only a cache: where
+/// the disk is full or the database damaged, nothing is found and nothing is stored, without an
+/// error.
 ///
 /// Not thread-safe. Internal.
 class BlockStore {

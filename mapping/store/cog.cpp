@@ -59,12 +59,8 @@ void ExportCog(const MapReader& map, const std::filesystem::path& file) {
     const GDALDatasetUniquePtr source(
         GDALDataset::Open(whole.Path().c_str(), GDAL_OF_RASTER, nullptr, nullptr, nullptr));
     check(source.get());
-    GDALDatasetUniquePtr copy(driver->CreateCopy(partial.PartialPath().c_str(),
-                                                 source.get(),
-                                                 FALSE,
-                                                 CogOptions().List(),
-                                                 nullptr,
-                                                 nullptr));
+    GDALDatasetUniquePtr copy(driver->CreateCopy(
+        partial.PartialPath().c_str(), source.get(), FALSE, CogOptions().List(), nullptr, nullptr));
     check(copy.get());
     copy.reset();
     check(source.get());  // closing writes too

@@ -21,8 +21,8 @@ void ExportPng(const MapReader& map,
 /// Tiled, compressed GeoTIFF with overviews and the map's local engineering SRS.
 void ExportGeoTiff(const MapReader& map, const std::filesystem::path& file);
 
-/// The same as a Cloud Optimized GeoTIFF, which programs read over the network by parts. Needs twice
-/// the space while it is written.
+/// The same as a Cloud Optimized GeoTIFF, which programs read over the network by parts. Needs
+/// twice the space while it is written.
 void ExportCog(const MapReader& map, const std::filesystem::path& file);
 
 /// Fills a window of a raster of heights: metres above the floor, CV_32FC1, NaN where not known.

@@ -130,8 +130,8 @@ class MapWriter {
 ///
 /// A map may stand on a server: https://HOST/MAP.gpkg, http://..., /vsicurl/URL, /vsis3/BUCKET/KEY
 /// (IsRemoteName). Then only the parts that are asked for are read, once: they are kept in memory
-/// and in a cache on disk (README.md). All calls also throw RunError when the server does not answer
-/// for about half a minute, or has another version of the map than the one that was opened.
+/// and in a cache on disk (README.md). All calls also throw RunError when the server does not
+/// answer for about half a minute, or has another version of the map than the one that was opened.
 class MapReader {
  public:
   /// @param file  a local file, or a name for which IsRemoteName.

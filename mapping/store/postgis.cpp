@@ -20,17 +20,17 @@ namespace ceilmap::store {
 namespace {
 
 /// Columns of the rows of feature_tables.hpp: poses and covariances, and information matrices.
-#define CEILMAP_FRAME_COLUMNS                                                          \
-  "frame_index bigint NOT NULL, keyframe_id bigint NOT NULL, "                         \
-  "stamp_s double precision NOT NULL, yaw_rad double precision NOT NULL, "             \
-  "pitch_rad double precision NOT NULL, roll_rad double precision NOT NULL, "          \
-  "lift double precision NOT NULL, status text NOT NULL, "                             \
-  "cxx double precision NOT NULL, cxy double precision NOT NULL, "                     \
-  "cxyaw double precision NOT NULL, cyy double precision NOT NULL, "                   \
-  "cyyaw double precision NOT NULL, cyawyaw double precision NOT NULL, "               \
+#define CEILMAP_FRAME_COLUMNS                                                 \
+  "frame_index bigint NOT NULL, keyframe_id bigint NOT NULL, "                \
+  "stamp_s double precision NOT NULL, yaw_rad double precision NOT NULL, "    \
+  "pitch_rad double precision NOT NULL, roll_rad double precision NOT NULL, " \
+  "lift double precision NOT NULL, status text NOT NULL, "                    \
+  "cxx double precision NOT NULL, cxy double precision NOT NULL, "            \
+  "cxyaw double precision NOT NULL, cyy double precision NOT NULL, "          \
+  "cyyaw double precision NOT NULL, cyawyaw double precision NOT NULL, "      \
   "geom geometry(Point) NOT NULL"
-#define CEILMAP_ROW_COLUMNS                                                  \
-  "fid bigserial PRIMARY KEY, "                                              \
+#define CEILMAP_ROW_COLUMNS     \
+  "fid bigserial PRIMARY KEY, " \
   "map_id integer NOT NULL REFERENCES ceilmap.maps ON DELETE CASCADE, "
 
 constexpr std::array kMakeTables = {
@@ -41,7 +41,8 @@ constexpr std::array kMakeTables = {
     "program_version text NOT NULL, provenance text NOT NULL, mosaic text, "
     "exported timestamptz NOT NULL DEFAULT now())",
     "CREATE TABLE IF NOT EXISTS ceilmap.keyframes (" CEILMAP_ROW_COLUMNS
-    "id bigint NOT NULL, " CEILMAP_FRAME_COLUMNS ", ambiguous integer NOT NULL, "
+    "id bigint NOT NULL, " CEILMAP_FRAME_COLUMNS
+    ", ambiguous integer NOT NULL, "
     "UNIQUE (map_id, id))",
     "CREATE TABLE IF NOT EXISTS ceilmap.trajectory (" CEILMAP_ROW_COLUMNS CEILMAP_FRAME_COLUMNS ")",
     "CREATE TABLE IF NOT EXISTS ceilmap.edges (" CEILMAP_ROW_COLUMNS

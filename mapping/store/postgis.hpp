@@ -7,14 +7,14 @@
 
 namespace ceilmap::store {
 
-/// Export to a PostgreSQL database with PostGIS, for GIS programs and for queries over all maps of a
-/// site. The maps share the tables of the schema `ceilmap`, which is made when it is missing:
+/// Export to a PostgreSQL database with PostGIS, for GIS programs and for queries over all maps of
+/// a site. The maps share the tables of the schema `ceilmap`, which is made when it is missing:
 ///
 /// - `maps`: a row for each map, with its unique `name`, metadata, and the path of its mosaic.
 /// - `keyframes`, `trajectory`, `edges`, `weak_spots`, `left_out`: the layers of the map file with
 ///   the same columns (poses, covariances `cxx` ... `cyawyaw`, information matrices `ixx` ...
-///   `iyawyaw`), `map_id` of `maps`, and a geometry without an SRID, in map units. `keyframes.id` is
-///   the id of the map file; `fid` is a number of the row for GIS programs.
+///   `iyawyaw`), `map_id` of `maps`, and a geometry without an SRID, in map units. `keyframes.id`
+///   is the id of the map file; `fid` is a number of the row for GIS programs.
 ///
 /// A map is written in one transaction: readers see the old map or the new one. Programs that write
 /// at the same time wait for each other where they write a map of the same name.
@@ -28,9 +28,10 @@ struct PostgisOptions {
 };
 
 /// @param connection  `PG:host=... dbname=... user=...`: the connection string of GDAL and libpq
-/// (or `postgresql://...`). Passwords are better in ~/.pgpass or PGPASSWORD. No message contains it.
-/// @throws InputError when the string is none, when the database has no PostGIS, or has a map of this
-/// name that must not be replaced; RunError when the server cannot be reached, or refuses.
+/// (or `postgresql://...`). Passwords are better in ~/.pgpass or PGPASSWORD. No message contains
+/// it.
+/// @throws InputError when the string is none, when the database has no PostGIS, or has a map of
+/// this name that must not be replaced; RunError when the server cannot be reached, or refuses.
 void ExportPostgis(const MapReader& map,
                    const std::string& connection,
                    const PostgisOptions& options);

@@ -126,8 +126,8 @@ RemoteFile::Block RemoteFile::Fetch(std::int64_t block, std::int64_t last_wanted
   Block first;
   for (std::int64_t i = block; i < stop; ++i) {
     const auto begin = static_cast<std::int64_t>(kBlockBytes) * (i - block);
-    const auto length = std::min<std::int64_t>(
-        kBlockBytes, static_cast<std::int64_t>(answer.bytes.size()) - begin);
+    const auto length =
+        std::min<std::int64_t>(kBlockBytes, static_cast<std::int64_t>(answer.bytes.size()) - begin);
     const auto from = answer.bytes.begin() + begin;
     auto made = std::make_shared<const std::vector<unsigned char>>(from, from + length);
     if (store_) store_->Add(i, *made);

@@ -36,8 +36,8 @@ class RemoteFile {
   std::uint64_t Read(std::uint64_t offset, std::uint64_t bytes, unsigned char* target);
   /// @throws RunError (without the name) if the server has another version now, or does not answer.
   void CheckCurrent();
-  /// Throws the error of a failed Read again. SQLite and GDAL, which read by callbacks, would report
-  /// a damaged file instead, or nothing.
+  /// Throws the error of a failed Read again. SQLite and GDAL, which read by callbacks, would
+  /// report a damaged file instead, or nothing.
   void RethrowFailure() const;
 
  private:

@@ -1,6 +1,6 @@
 // A map as large as a hall, made of many copies of a small one, to measure how much of it is read
-// over a network: `ceilmap_grow_map SMALL.gpkg COLUMNS ROWS LARGE.gpkg`. Only the copy at the origin
-// looks as the small map; the others are of the same size in the file.
+// over a network: `ceilmap_grow_map SMALL.gpkg COLUMNS ROWS LARGE.gpkg`. Only the copy at the
+// origin looks as the small map; the others are of the same size in the file.
 
 #include <fmt/format.h>
 
@@ -36,10 +36,10 @@ class Grown {
       Draw(window, grey, alpha);
     });
     writer_.Commit();
-    fmt::print("{:.0f} m^2, {} keyframes\n",
-               static_cast<double>(grid.width_px) * grid.height_px * grid.resolution *
-                   grid.resolution,
-               all_.keyframes.size());
+    fmt::print(
+        "{:.0f} m^2, {} keyframes\n",
+        static_cast<double>(grid.width_px) * grid.height_px * grid.resolution * grid.resolution,
+        all_.keyframes.size());
   }
 
  private:

@@ -5,8 +5,8 @@
 #include <ogrsf_frmts.h>
 #include <sys/wait.h>
 
-#include <cstdlib>
 #include <array>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <thread>

@@ -35,10 +35,8 @@ class RemoteMap : public testing::Test {
     unsetenv("CEILMAP_CACHE_MB");
   }
   ~RemoteMap() override {
-    for (const char* name : {"CEILMAP_CACHE",
-                             "CEILMAP_CACHE_MB",
-                             "GDAL_HTTP_MAX_RETRY",
-                             "GDAL_HTTP_RETRY_DELAY"}) {
+    for (const char* name :
+         {"CEILMAP_CACHE", "CEILMAP_CACHE_MB", "GDAL_HTTP_MAX_RETRY", "GDAL_HTTP_RETRY_DELAY"}) {
       unsetenv(name);
     }
   }
@@ -229,7 +227,8 @@ TEST_F(RemoteMap, RefusesOtherFilesAndHostileMaps) {
   ASSERT_EQ(sqlite3_exec(database, sql, nullptr, nullptr, nullptr), SQLITE_OK);
   sqlite3_close(database);
   server.Replace(FileServer::ContentOf(folder_ / "map.gpkg"), "\"3\"");
-  EXPECT_THAT(OpeningOf(server.Url()), HasSubstr(": has a view, 'gpkg_contents', which no map has"));
+  EXPECT_THAT(OpeningOf(server.Url()),
+              HasSubstr(": has a view, 'gpkg_contents', which no map has"));
 }
 
 TEST_F(RemoteMap, IsNotWrittenTo) {
