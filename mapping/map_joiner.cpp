@@ -33,6 +33,8 @@ constexpr double kMinMatchRatio = 0.5;
 constexpr double kRivalRatio = 0.5;
 // ... unless this fraction of the best one's matches is unique without a prior, and few of its own.
 constexpr double kMinUniqueRatio = 0.8;
+// Required fraction of the matches that is unique without a prior, for parts of other recordings.
+constexpr double kMinDistinctRatio = 0.25;
 constexpr int kMaxChecks = 40;  // largest number of keyframes that test a relative pose
 // Two matches agree when they differ by at most this fraction of an image's span ...
 constexpr double kToleranceRatio = 0.08;
@@ -302,6 +304,16 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
         fmt::format("the ceiling is periodic: several positions fit ({} and {} images agree)",
                     best->matched,
                     rival != tested.end() ? rival->matched : best->matched - best->distinct);
+    return result;
+  }
+  // Rooms with the same lattice of tiles and lamps agree at one position as well as one room does,
+  // but hardly any of their images fit only there.
+  if (!same_light_ && best->distinct < kMinDistinctRatio * best->matched) {
+    result.verdict = JoinResult::Verdict::kAmbiguous;
+    result.reason = fmt::format(
+        "the ceiling is periodic: {} images agree, but only {} of them fit nowhere else",
+        best->matched,
+        best->distinct);
     return result;
   }
   if (same_light_ && !standard_.Accepts(Median(best->qualities))) {
