@@ -17,7 +17,6 @@ done
 folder=$(mktemp -d)
 chmod 755 "$folder"
 host=$(hostname -s)
-started=()
 finish() {
   for name in slurmd slurmctld munged; do
     if [[ -e $folder/$name.pid ]]; then kill "$(cat "$folder/$name.pid")" 2>/dev/null || true; fi
