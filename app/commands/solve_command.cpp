@@ -133,7 +133,6 @@ Command AddSolveCommand(CLI::App& program) {
       ->required()
       ->type_name("MAP.gpkg");
   cli.add_option("--edges", params->edges, "Files of 'ceilmap match', one for each pair of maps")
-      ->required()
       ->type_name("AB.edges");
   cli.add_option("--resolution",
                  params->maps.resolution,
