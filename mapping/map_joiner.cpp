@@ -257,8 +257,8 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   const auto best =
       std::max_element(tested.begin(), tested.end(), [&](const Tested& x, const Tested& y) {
         if (holds(x) != holds(y)) return holds(y);
-        return holds(x) && x.distinct != y.distinct ? x.distinct < y.distinct
-                                                    : x.matched < y.matched;
+        const bool by_distinct = !same_light_ && holds(x) && x.distinct != y.distinct;
+        return by_distinct ? x.distinct < y.distinct : x.matched < y.matched;
       });
   if (best == tested.end()) {
     result.verdict = ambiguous_ > 0 ? JoinResult::Verdict::kAmbiguous : result.verdict;
@@ -292,7 +292,8 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   }
   // Where nearly all images fit at only one position, a rival needs images that do so as well:
   // under a lattice of tiles and lamps, images fit at many positions where a prior expects them to.
-  const bool unique = best->distinct >= kMinUniqueRatio * best->matched;
+  // Parts of one recording have the MatchGate instead.
+  const bool unique = !same_light_ && best->distinct >= kMinUniqueRatio * best->matched;
   const auto rival = std::find_if(tested.begin(), tested.end(), [&](const Tested& t) {
     const bool as_many = unique ? t.distinct >= kRivalRatio * best->distinct
                                 : t.matched >= kRivalRatio * best->matched;
