@@ -118,6 +118,10 @@ void RunExport(const ExportOptions& params,
   if (!to_database && store::IsPostgisConnection(params.output.string())) {
     throw InputError("-o: is a database; give --format postgis, or a file");
   }
+  if (to_database && !store::IsPostgisConnection(params.output.string())) {
+    throw InputError(
+        "--format postgis writes into a database; give -o 'PG:host=HOST dbname=NAME user=USER'");
+  }
   const std::vector<fs::path> files = OutputFiles(params);
   files::CheckOutputFiles(files, common.Existing());
   const store::MapReader map(params.map);
