@@ -48,6 +48,10 @@ void ExportOptions::Check() const {
   if (!ToDatabase() && store::IsPostgisConnection(output.string())) {
     throw InputError("-o: is a database; give --format postgis, or a file");
   }
+  if (ToDatabase() && !store::IsPostgisConnection(output.string())) {
+    throw InputError(
+        "--format postgis writes into a database; give -o 'PG:host=HOST dbname=NAME user=USER'");
+  }
   const bool has_frame = format == "geotiff" || format == "cog" || format == "heights" ||
                          format == "ros" || format == "tum";
   if (frame.Value() == store::Frame::kSite && !has_frame) {

@@ -80,6 +80,7 @@ struct MapWriter::Impl {
   void CreateTables();
   void OpenDataset(const GdalScope& gdal);
   void CloseDataset(const GdalScope& gdal);
+  void GatherDescriptors();
   void AddMosaicTable(const GdalScope& gdal, const MosaicGrid& grid);
   void WriteTiles(const cv::Rect& window, const RenderedWindow& rendered);
   OGRLayer& Layer(const char* name) const;
@@ -138,6 +139,15 @@ void MapWriter::Impl::CloseDataset(const GdalScope& gdal) {
   Check(gdal, dataset->CommitTransaction() == OGRERR_NONE);
   dataset.reset();
   Check(gdal, true);
+}
+
+/// They were written between images. A robot that is lost reads them all, over a network too.
+void MapWriter::Impl::GatherDescriptors() {
+  try {
+    GatherTable(file.PartialPath(), tables::kDescriptors);
+  } catch (const RunError& error) {
+    throw RunError("cannot write " + file.Target().string() + ": " + error.what());
+  }
 }
 
 void MapWriter::Impl::AddMosaicTable(const GdalScope& gdal, const MosaicGrid& grid) {
@@ -323,8 +333,7 @@ void MapWriter::WriteMosaic(const MosaicGrid& grid,
   {
     const GdalScope gdal;
     impl_->CloseDataset(gdal);
-    // They were written between images. A robot that is lost reads them all, over a network too.
-    GatherTable(impl_->file.PartialPath(), tables::kDescriptors);
+    impl_->GatherDescriptors();
     impl_->AddMosaicTable(gdal, grid);
     impl_->OpenDataset(gdal);
   }

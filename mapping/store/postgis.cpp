@@ -296,7 +296,7 @@ void ExportPostgis(const MapReader& map,
                    const PostgisOptions& options) {
   if (!IsPostgisConnection(connection)) {
     throw InputError(
-        "format postgis writes into a database; give -o 'PG:host=HOST dbname=NAME user=USER'");
+        "a database is named by 'PG:host=HOST dbname=NAME user=USER' or 'postgresql://...'");
   }
   const graph::MapGraph graph = map.ReadGraph();
   const std::vector<LeftOut> left_out = map.ReadLeftOut();

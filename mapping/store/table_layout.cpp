@@ -14,7 +14,7 @@ namespace {
 /// A database that throws RunError.
 class GrowingDatabase {
  public:
-  explicit GrowingDatabase(const std::filesystem::path& file) : file_(file) {
+  explicit GrowingDatabase(const std::filesystem::path& file) {
     sqlite3* handle = nullptr;
     const int result = sqlite3_open_v2(file.c_str(), &handle, SQLITE_OPEN_READWRITE, nullptr);
     database_.reset(handle);
@@ -37,14 +37,11 @@ class GrowingDatabase {
   }
 
  private:
-  [[noreturn]] void Throw() const {
-    throw RunError("cannot write " + file_.string() + ": " + sqlite3_errmsg(database_.get()));
-  }
+  [[noreturn]] void Throw() const { throw RunError(sqlite3_errmsg(database_.get())); }
   struct Close {
     void operator()(sqlite3* database) const { sqlite3_close(database); }
   };
 
-  std::filesystem::path file_;
   std::unique_ptr<sqlite3, Close> database_;
 };
 

@@ -9,6 +9,7 @@ ceilmap_add_test(commands_test RUNS_PROGRAM COST 100 SHARDS 2
     ${CMAKE_CURRENT_LIST_DIR}/help_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/localize_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/map_file_commands_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/remote_map_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/report_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/rig_command_test.cpp
   LINKS ceilmap_app ceilmap_test_support PkgConfig::httplib GDAL::GDAL opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)

@@ -54,11 +54,19 @@ class FileServer {
   std::atomic<int> status{503};    ///< ... status
   std::atomic<bool> ranges{true};  ///< false: the whole file each time
   std::atomic<int> requests{0};
+  /// The content has another ETag from so many further requests on; negative: never.
+  std::atomic<int> replaced_after{-1};
   std::atomic<std::size_t> bytes{0};  ///< of the file, sent
 
  private:
+  std::string ContentNow() {
+    const std::lock_guard lock(mutex_);
+    return *content_;
+  }
+
   void Answer(const httplib::Request& request, httplib::Response& response) {
     ++requests;
+    if (replaced_after >= 0 && replaced_after-- == 0) Replace(ContentNow(), "\"replaced\"");
     if (failing > 0) {
       --failing;
       response.status = status;

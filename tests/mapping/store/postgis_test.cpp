@@ -250,7 +250,8 @@ TEST_F(Postgis, NamesWhatIsMissingButNoPassword) {
                                                 Not(HasSubstr("secret")))))
         << wrong;
   }
-  EXPECT_THAT(export_to("map.tif"), ThrowsMessage<InputError>(HasSubstr("give -o 'PG:host=HOST")));
+  EXPECT_THAT(export_to("map.tif"),
+              ThrowsMessage<InputError>(HasSubstr("is named by 'PG:host=HOST")));
 }
 
 }  // namespace

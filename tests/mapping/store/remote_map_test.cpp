@@ -56,10 +56,12 @@ class RemoteMap : public testing::Test {
     small.keyframes = synthetic::Lawnmower(9, 3, 0.1);
     {
       MapWriter writer(folder_ / "map.gpkg", small.metadata);
-      for (const graph::Keyframe& keyframe : small.keyframes) {
+      for (const graph::Keyframe& keyframe : small.keyframes) {  // in turn, as `map` does
+        writer.AddImage(keyframe.id, synthetic::Image(keyframe.id, small.metadata.view_size));
         writer.AddDescriptors(keyframe.id, Descriptors(keyframe.id));
       }
-      small.WriteTo(writer);
+      writer.WriteGraph(small.Graph());
+      writer.WriteMosaic(synthetic::kGrid, synthetic::FillMosaic);
       writer.Commit();
     }
     return FileServer::ContentOf(folder_ / "map.gpkg");
