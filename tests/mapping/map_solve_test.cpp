@@ -145,6 +145,21 @@ TEST(SolveMaps, PutsMapsInTheFrameOfTheFirstOne) {
   EXPECT_EQ(solved.graph.quality.loops.outliers, 0);
 }
 
+// In either direction of the matches; a single step of the optimization would not mend a bad start.
+TEST(SolveMaps, StartsAtThePosesThatTheMatchesGive) {
+  Corridor world;
+  world.Add("a", 0, 12, 0.3);
+  world.Add("b", 4, 12, 2);
+  world.Add("c", 8, 12, -1);
+  for (const bool turned : {false, true}) {
+    const SolvedMaps solved = SolveMaps({world.Map("a"), world.Map("b"), world.Map("c")},
+                                        {turned ? world.Match("b", "a") : world.Match("a", "b"),
+                                         turned ? world.Match("c", "b") : world.Match("b", "c")},
+                                        {.max_iterations = 1});
+    EXPECT_LT(world.Error(solved, {"a", "b", "c"}), 1e-9) << turned;
+  }
+}
+
 TEST(SolveMaps, StrangersAreLeftOutWithTheReason) {
   Corridor world;
   world.Add("a", 0, 12);
