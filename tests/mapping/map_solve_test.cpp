@@ -156,6 +156,8 @@ TEST(SolveMaps, StartsAtThePosesThatTheMatchesGive) {
                                         {turned ? world.Match("b", "a") : world.Match("a", "b"),
                                          turned ? world.Match("c", "b") : world.Match("b", "c")},
                                         {.max_iterations = 1});
+    EXPECT_THAT(solved.joined, ElementsAre(0, 1, 2)) << turned;
+    EXPECT_THAT(solved.contradictions, IsEmpty()) << turned;
     EXPECT_LT(world.Error(solved, {"a", "b", "c"}), 1e-9) << turned;
   }
 }
