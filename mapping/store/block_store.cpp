@@ -119,7 +119,7 @@ fs::path FolderOfUser() {
     const char* value = std::getenv(name);
     return fs::path(value == nullptr ? "" : value);
   };
-  if (const fs::path folder = variable("CEILMAP_CACHE"); !folder.empty()) return folder;
+  if (fs::path folder = variable("CEILMAP_CACHE"); !folder.empty()) return folder;
   // Relative ones are invalid by the XDG Base Directory Specification.
   if (const fs::path cache = variable("XDG_CACHE_HOME"); cache.is_absolute()) {
     return cache / "ceilmap";

@@ -37,7 +37,7 @@ std::string AddressOf(const std::string& name) {
     if (address != nullptr) return address;
   } else {
     char* signed_address = VSIGetSignedURL(name.c_str(), nullptr);
-    const std::string address = signed_address == nullptr ? "" : signed_address;
+    std::string address = signed_address == nullptr ? "" : signed_address;
     CPLFree(signed_address);
     if (!address.empty()) return address;
   }

@@ -169,7 +169,7 @@ int SqliteSize(sqlite3_file* handle, sqlite3_int64* size) {
 }
 
 const sqlite3_io_methods& SqliteMethods() {
-  static const sqlite3_io_methods methods = [] {
+  static const sqlite3_io_methods kMethods = [] {
     sqlite3_io_methods calls{};
     calls.iVersion = 1;
     calls.xClose = SqliteClose;
@@ -189,7 +189,7 @@ const sqlite3_io_methods& SqliteMethods() {
     calls.xDeviceCharacteristics = [](sqlite3_file*) { return SQLITE_IOCAP_IMMUTABLE; };
     return calls;
   }();
-  return methods;
+  return kMethods;
 }
 
 int SqliteOpen(sqlite3_vfs*, const char* name, sqlite3_file* handle, int flags, int* opened) {

@@ -3,6 +3,8 @@
 #include <cpl_conv.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <thread>
 #include <utility>
@@ -24,7 +26,13 @@ constexpr std::int64_t kMaxRun = 32;
 
 struct Patience {
   int retries = 8;
-  double delay_s = 0.25;  // before the first; doubled each time
+  double delay_s = 0.25;  // before the first
+
+  /// @param retry  from 1 on.
+  [[nodiscard]] double DelayBefore(int retry) const {
+    constexpr double kMaxDelayS = 8;
+    return std::min(std::ldexp(delay_s, std::min(retry - 1, 16)), std::max(kMaxDelayS, delay_s));
+  }
 
   static Patience OfConfiguration() {
     Patience patience;
@@ -59,11 +67,9 @@ std::int64_t RemoteFile::BlockCount() const {
 }
 
 RangeAnswer RemoteFile::AskAgainAndAgain(std::uint64_t offset, std::uint64_t bytes) {
-  constexpr double kMaxDelayS = 8;
   constexpr duration<double> kMaxTime(60);
   const Patience patience = Patience::OfConfiguration();
   const auto begin = steady_clock::now();
-  double delay_s = patience.delay_s;
   for (int attempt = 0;; ++attempt) {
     try {
       return connection_.Get(name_, offset, bytes);
@@ -74,8 +80,7 @@ RangeAnswer RemoteFile::AskAgainAndAgain(std::uint64_t offset, std::uint64_t byt
                        "); check the server and the network");
       }
     }
-    std::this_thread::sleep_for(duration<double>(delay_s));
-    delay_s = std::min(2 * delay_s, std::max(kMaxDelayS, patience.delay_s));
+    std::this_thread::sleep_for(duration<double>(patience.DelayBefore(attempt + 1)));
   }
 }
 
