@@ -37,8 +37,8 @@ struct SolveOptions {
 };
 
 void SolveOptions::Check(files::Existing existing) const {
-  // One map is solved alone to straighten it by control points.
-  maps.Resolve("solve", existing, HasPoints() ? 1 : 2);
+  // One map is solved alone: of a site with one recording, or to straighten it by control points.
+  maps.Resolve("solve", existing, 1);
   if (maps.maps.size() > 1 && edges.empty()) {
     throw InputError("solve: give the files of 'ceilmap match' by --edges");
   }

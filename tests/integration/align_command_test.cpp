@@ -173,5 +173,36 @@ TEST(LocalizeInSite, PosesAreThoseOfTheMapInTheBuilding) {
   EXPECT_EQ(localize("bag", {"--frame=site", "-o", "t.mcap"}).exit_code, 2);
 }
 
+TEST(SolveWithPoints, PlacesOneMapAndNamesTheBlunder) {
+  const Recordings test;
+  test.out.Write("points.csv", kPoints);
+  test.out.Write("far.csv", "name,x,y,site_x,site_y\nA,0,0,1,2\nB,90,0,91,2\n");
+  ASSERT_EQ(
+      test.Run({"map", "--rig=@rig.yaml", "--up=@run.avi", "--stamps=@stamps.csv", "-o", "m.gpkg"})
+          .exit_code,
+      0);
+  const support::ProcessResult solved =
+      test.Run({"solve", "m.gpkg", "--points=points.csv", "-o", "s.gpkg"});
+  EXPECT_EQ(solved.exit_code, 0) << solved.err;
+  EXPECT_THAT(solved.err, HasSubstr("point 'E' contradicts"));
+  EXPECT_THAT(solved.out, HasSubstr("not used"));
+  const store::MapReader before(test.out / "m.gpkg");
+  const store::MapReader after(test.out / "s.gpkg");
+  ASSERT_TRUE(after.Metadata().site);
+  EXPECT_NEAR(after.Metadata().site->S_site_map.motion.x, 1000, 0.004);
+  // A map that is right stays as it is: its images are more exact than the points.
+  const std::vector<graph::Keyframe> a = before.ReadKeyframes();
+  const std::vector<graph::Keyframe> b = after.ReadKeyframes();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_NEAR(a[i].pose.T_map_base.x, b[i].pose.T_map_base.x, 0.002);
+    EXPECT_NEAR(a[i].pose.T_map_base.y, b[i].pose.T_map_base.y, 0.002);
+  }
+  const support::ProcessResult far =
+      test.Run({"solve", "m.gpkg", "--points=far.csv", "-o", "x.gpkg"});
+  EXPECT_EQ(far.exit_code, 2);
+  EXPECT_THAT(far.err, HasSubstr("far.csv: point 'B' at 90.000, 0.000 lies outside the map"));
+}
+
 }  // namespace
 }  // namespace ceilmap::integration
