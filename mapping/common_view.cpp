@@ -133,7 +133,6 @@ void CheckTogether(const std::vector<NamedMap>& maps) {
 }
 
 /// Metadata of the common view, without its mask.
-
 store::MapMetadata CommonMetadata(const std::vector<NamedMap>& maps) {
   CheckTogether(maps);
   const store::MapMetadata& reference = maps.front().map->Metadata();
