@@ -30,7 +30,7 @@ CLI::Option* PointOptions::AddTo(CLI::App& cli) {
 
 void PointOptions::Check() const {
   params.Validate();
-  CrsWkt();
+  (void)CrsWkt();  // checks it
 }
 
 std::string PointOptions::CrsWkt() const {
