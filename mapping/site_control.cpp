@@ -76,7 +76,7 @@ bool UsesTheSame(const survey::SiteFrame& a, const survey::SiteFrame& b) {
 
 /// The alignment of a map that may be bent by this fraction of its size.
 survey::Alignment AlignBent(std::vector<survey::ControlPoint> points,
-                            const survey::AlignParams& params) {
+                            const survey::AlignOptions& params) {
   constexpr double kBend = 0.005;
   Eigen::AlignedBox2d box;
   for (const survey::ControlPoint& point : points) box.extend(point.p_site);
@@ -90,7 +90,7 @@ survey::Alignment AlignBent(std::vector<survey::ControlPoint> points,
 survey::Alignment ControlMap(graph::MapGraph& graph,
                              const std::vector<survey::ControlPoint>& picked,
                              double reach,
-                             const survey::AlignParams& align,
+                             const survey::AlignOptions& align,
                              const graph::PoseGraphParams& pose_graph) {
   std::vector<survey::ControlPoint> points = picked;
   std::vector<SeenPoint> seen;

@@ -19,7 +19,7 @@ namespace ceilmap::mapping {
 survey::Alignment ControlMap(graph::MapGraph& graph,
                              const std::vector<survey::ControlPoint>& points,
                              double reach,
-                             const survey::AlignParams& align = {},
+                             const survey::AlignOptions& align = {},
                              const graph::PoseGraphParams& pose_graph = {});
 
 }  // namespace ceilmap::mapping

@@ -45,7 +45,7 @@ void AlignOptions::Check(files::Existing existing) const {
 }
 
 survey::Alignment AlignMap(const AlignOptions& options, const store::MapReader& map) {
-  survey::AlignParams params = options.points.params;
+  survey::AlignOptions params = options.points.params;
   // A map in pixels has no scale of its own.
   params.estimate_scale = params.estimate_scale || map.Metadata().unit == "px";
   const std::vector<survey::ControlPoint> points = options.points.Read(map.Grid());

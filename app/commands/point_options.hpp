@@ -14,7 +14,7 @@ namespace ceilmap::commands {
 struct PointOptions {
   std::filesystem::path points;
   std::string crs;
-  survey::AlignParams params;
+  survey::AlignOptions params;
 
   /// @return --points, for further settings.
   CLI::Option* AddTo(CLI::App& cli);

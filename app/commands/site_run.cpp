@@ -39,8 +39,8 @@ int DefaultProcesses() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2);
 }
 
-site::RunnerParams RunnerParamsFor(const SiteRunOptions& params, const site::Plan& plan) {
-  site::RunnerParams runner;
+site::RunnerOptions RunnerOptionsFor(const SiteRunOptions& params, const site::Plan& plan) {
+  site::RunnerOptions runner;
   runner.program = params.site.Program();
   runner.folder = plan.folder;
   runner.records = plan.folder / plan.work / "jobs";
@@ -51,7 +51,7 @@ site::RunnerParams RunnerParamsFor(const SiteRunOptions& params, const site::Pla
 }
 
 void CheckResults(const site::Plan& plan,
-                  const site::RunnerParams& runner,
+                  const site::RunnerOptions& runner,
                   files::Existing existing) {
   files::CheckOutputFiles({plan.folder / plan.output}, files::Existing::kReplace);
   if (existing == files::Existing::kReplace) return;
@@ -65,7 +65,7 @@ void CheckResults(const site::Plan& plan,
 }
 
 void DryRun(const site::Plan& plan,
-            const site::RunnerParams& runner,
+            const site::RunnerOptions& runner,
             const CommonOptions& common,
             terminal::Summary& summary) {
   const std::vector<bool> make = site::JobsToMake(plan.jobs, runner);
@@ -88,7 +88,7 @@ void ReportEnd(const site::Job& job, const JobResult& result) {
   }
 }
 
-std::vector<JobResult> RunPlan(const site::Plan& plan, site::RunnerParams runner) {
+std::vector<JobResult> RunPlan(const site::Plan& plan, site::RunnerOptions runner) {
   terminal::Progress progress("site", "jobs");
   runner.interrupted = terminal::Interrupted;
   runner.on_progress = [&progress](std::int64_t done, std::int64_t total) {
@@ -198,7 +198,7 @@ void RunSite(const SiteRunOptions& params,
              const CommonOptions& common,
              terminal::Summary& summary) {
   const site::Plan plan = params.site.ReadPlan();
-  site::RunnerParams runner = RunnerParamsFor(params, plan);
+  site::RunnerOptions runner = RunnerOptionsFor(params, plan);
   if (params.dry_run) {
     DryRun(plan, runner, common, summary);
     return;

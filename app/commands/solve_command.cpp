@@ -108,7 +108,7 @@ survey::SiteFrame Control(mapping::SolvedMaps& solved,
   const store::MapReader& first = *inputs.Maps()[solved.joined.front()].map;
   const cv::Size view = first.Metadata().view_size;
   const double reach = std::hypot(view.width, view.height) * first.Metadata().view_units_per_px;
-  survey::AlignParams align = params.points.params;
+  survey::AlignOptions align = params.points.params;
   align.estimate_scale = first.Metadata().unit == "px";
   const std::vector<survey::ControlPoint> points = params.points.Read(first.Grid());
   survey::Alignment alignment;

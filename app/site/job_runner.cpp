@@ -29,7 +29,7 @@ bool Exists(const fs::path& file) {
   return fs::exists(file, ignored);
 }
 
-JobRecord RecordOf(const Job& job, const RunnerParams& params) {
+JobRecord RecordOf(const Job& job, const RunnerOptions& params) {
   return JobRecord(params.records / (job.name + ".job"));
 }
 
@@ -47,7 +47,7 @@ std::string WhyFailed(int code, const fs::path& log) {
 
 class Runner {
  public:
-  Runner(const std::vector<Job>& jobs, const RunnerParams& params)
+  Runner(const std::vector<Job>& jobs, const RunnerOptions& params)
       : jobs_(jobs), params_(params), results_(jobs.size()), ended_(jobs.size()) {}
 
   std::vector<JobResult> Run() {
@@ -216,7 +216,7 @@ class Runner {
   }
 
   const std::vector<Job>& jobs_;
-  const RunnerParams& params_;
+  const RunnerOptions& params_;
   std::vector<JobResult> results_;
   std::vector<bool> ended_;
   std::vector<Running> running_;
@@ -233,11 +233,11 @@ const char* NameOf(JobState state) {
   return kNames.at(static_cast<std::size_t>(state));
 }
 
-std::vector<JobResult> RunJobs(const std::vector<Job>& jobs, const RunnerParams& params) {
+std::vector<JobResult> RunJobs(const std::vector<Job>& jobs, const RunnerOptions& params) {
   return Runner(jobs, params).Run();
 }
 
-std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerParams& params) {
+std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerOptions& params) {
   std::vector<bool> make;
   const std::vector<bool> all(jobs.size(), true);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
@@ -251,7 +251,7 @@ std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerParams& p
   return make;
 }
 
-std::vector<std::string> ForeignResults(const std::vector<Job>& jobs, const RunnerParams& params) {
+std::vector<std::string> ForeignResults(const std::vector<Job>& jobs, const RunnerOptions& params) {
   std::vector<std::string> foreign;
   for (const Job& job : jobs) {
     if (Exists(params.folder / job.output) && !RecordOf(job, params).Exists()) {

@@ -33,7 +33,7 @@ struct JobResult {
   }
 };
 
-struct RunnerParams {
+struct RunnerOptions {
   std::filesystem::path program;      ///< of all jobs, absolute
   std::filesystem::path folder;       ///< in which they run, absolute
   std::filesystem::path records;      ///< folder of the records of jobs
@@ -53,12 +53,12 @@ struct RunnerParams {
 /// again. At an interruption the running jobs get SIGINT, and SIGKILL two seconds later.
 /// @return for each job.
 /// @throws RunError when a record cannot be written; the running jobs are killed.
-std::vector<JobResult> RunJobs(const std::vector<Job>& jobs, const RunnerParams& params);
+std::vector<JobResult> RunJobs(const std::vector<Job>& jobs, const RunnerOptions& params);
 
 /// The jobs that a run would make if all succeed.
-std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerParams& params);
+std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerOptions& params);
 
 /// Results that exist and that no run has made or begun: a run would replace them.
-std::vector<std::string> ForeignResults(const std::vector<Job>& jobs, const RunnerParams& params);
+std::vector<std::string> ForeignResults(const std::vector<Job>& jobs, const RunnerOptions& params);
 
 }  // namespace ceilmap::site

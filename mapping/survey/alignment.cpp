@@ -19,6 +19,9 @@ namespace {
 constexpr std::size_t kMaxPoints = 10'000;
 constexpr std::size_t kMaxHypotheses = 5'000;  // pairs of points
 constexpr int kMaxRounds = 20;
+// A point whose residual is larger than this many of its standard deviations contradicts the
+// others. Of good points one in 800 has such a residual.
+constexpr double kOutlierSigmas = 3.7;
 // A wrong unit or a mirrored axis is reported when it explains the points better by this factor.
 constexpr double kMuchBetter = 5;
 // Scales beyond these are no error of a camera's height or focal length.
@@ -123,7 +126,7 @@ struct Consensus {
 
 class Aligner {
  public:
-  Aligner(const std::vector<ControlPoint>& points, const AlignParams& params);
+  Aligner(const std::vector<ControlPoint>& points, const AlignOptions& params);
 
   Alignment Run();
 
@@ -138,11 +141,11 @@ class Aligner {
   [[nodiscard]] Alignment Report(const Consensus& consensus) const;
 
   std::vector<ControlPoint> points_;  // with sigma_m
-  AlignParams params_;
+  AlignOptions params_;
   Pairs pairs_;
 };
 
-Aligner::Aligner(const std::vector<ControlPoint>& points, const AlignParams& params)
+Aligner::Aligner(const std::vector<ControlPoint>& points, const AlignOptions& params)
     : points_(points), params_(params) {
   for (ControlPoint& point : points_) {
     if (point.sigma_m == 0) point.sigma_m = params.sigma_m;
@@ -182,8 +185,7 @@ Consensus Aligner::Begin(const Hypothesis& hypothesis) const {
   Consensus consensus;
   consensus.ratio = std::max(1.0, std::sqrt(hypothesis.chi2 / expected));
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    if (Chi2(pairs_[i], hypothesis.S_site_map) <=
-        Squared(params_.outlier_sigmas * consensus.ratio)) {
+    if (Chi2(pairs_[i], hypothesis.S_site_map) <= Squared(kOutlierSigmas * consensus.ratio)) {
       consensus.used.push_back(i);
     }
   }
@@ -196,7 +198,7 @@ std::vector<std::size_t> Aligner::Agreeing(const Consensus& consensus) const {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const std::optional<PlanarFit> others = FitWithout(consensus.used, i);
     if (!others) continue;
-    const double limit = Squared(params_.outlier_sigmas * consensus.ratio);
+    const double limit = Squared(kOutlierSigmas * consensus.ratio);
     if (Chi2(pairs_[i], others->S_a_b) <= limit * (1 + Leverage(*others, i))) {
       agreeing.push_back(i);
     }
@@ -320,13 +322,12 @@ void CheckPoints(const std::vector<ControlPoint>& points) {
 
 }  // namespace
 
-void AlignParams::Validate() const {
+void AlignOptions::Validate() const {
   const FieldCheck check("alignment");
   check(sigma_m > 0 && std::isfinite(sigma_m), "sigma_m", sigma_m, "> 0");
-  check(outlier_sigmas > 2, "outlier_sigmas", outlier_sigmas, "> 2");
 }
 
-Alignment Align(const std::vector<ControlPoint>& points, const AlignParams& params) {
+Alignment Align(const std::vector<ControlPoint>& points, const AlignOptions& params) {
   params.Validate();
   CheckPoints(points);
   return Aligner(points, params).Run();

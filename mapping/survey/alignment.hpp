@@ -6,15 +6,12 @@
 
 namespace ceilmap::survey {
 
-struct AlignParams {
+struct AlignOptions {
   /// The scale between map and site is estimated too. Otherwise it is 1: a map with a rig has true
   /// metres, and a difference of scale is an error of the rig that should be seen.
   bool estimate_scale = false;
   /// Standard deviation of points that state none, on each axis, metres > 0.
   double sigma_m = 0.01;
-  /// A point whose residual is larger than this many of its standard deviations contradicts the
-  /// others; > 2. Of good points one in 800 has a residual beyond 3.7.
-  double outlier_sigmas = 3.7;
 
   /// @throws InputError that names field, value and range.
   void Validate() const;
@@ -45,6 +42,6 @@ struct Alignment {
 /// @throws InputError where the points do not determine the transform: too few, in one place, or
 /// no majority of them agrees; and where they agree with another unit or a mirrored axis instead,
 /// which is named.
-Alignment Align(const std::vector<ControlPoint>& points, const AlignParams& params = {});
+Alignment Align(const std::vector<ControlPoint>& points, const AlignOptions& params = {});
 
 }  // namespace ceilmap::survey

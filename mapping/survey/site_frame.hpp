@@ -18,7 +18,7 @@ struct ControlPoint {
   Eigen::Vector2d p_map = Eigen::Vector2d::Zero();  ///< map units
   Eigen::Vector2d p_site = Eigen::Vector2d::Zero();  ///< metres, x right or east, y up or north
   /// Standard deviation of p_site - S_site_map * p_map on each axis, metres: of picking, surveying
-  /// and the map together. 0: the default of AlignParams.
+  /// and the map together. 0: the default of AlignOptions.
   double sigma_m = 0;
 };
 

@@ -51,7 +51,7 @@ class JobRunner : public testing::Test {
 
   support::TestFolder folder_;
   std::vector<Job> jobs_;
-  RunnerParams params_;
+  RunnerOptions params_;
   std::vector<JobResult> results_;
 };
 
@@ -231,7 +231,7 @@ TEST_F(JobRunner, WhatWasCompleteBeforeAnInterruptionStays) {
 
 /// Runs the jobs in a process of its own until a file exists, and kills that process.
 void RunAndKill(const std::vector<Job>& jobs,
-                RunnerParams params,
+                RunnerOptions params,
                 const std::filesystem::path& begun) {
   const pid_t pid = fork();
   if (pid == 0) {
