@@ -135,8 +135,8 @@ double MedianOf(const std::vector<double>& values) {
   return Median(values);
 }
 // Of squared residuals with two degrees of freedom; a wrong point has no influence on the median.
-const ControlledGraph::Fit kAllFit{&Mean, 2};
-const ControlledGraph::Fit kMostFit{&MedianOf, 1.386};
+const ControlledGraph::Fit kMeanFit{&Mean, 2};
+const ControlledGraph::Fit kMedianFit{&MedianOf, 1.386};
 
 /// A choice of the measurements, and the graph with them.
 struct Agreement {
@@ -186,12 +186,12 @@ Agreement Chooser::Choose() const {
   constexpr std::size_t kMinPoints = 5;
   std::vector<std::size_t> all(measurements_.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  Agreement best = With(std::move(all), kAllFit);
+  Agreement best = With(std::move(all), kMeanFit);
   while (best.factor >= kContradicts * least_ && best.used.size() > kMinPoints) {
-    const std::vector<double> chi2 = With(best.used, kMostFit).controlled->Chi2();
+    const std::vector<double> chi2 = With(best.used, kMedianFit).controlled->Chi2();
     std::vector<std::size_t> others = best.used;
     others.erase(others.begin() + (std::max_element(chi2.begin(), chi2.end()) - chi2.begin()));
-    Agreement without = With(std::move(others), kAllFit);
+    Agreement without = With(std::move(others), kMeanFit);
     if (without.factor * kContradicts > best.factor) break;
     best = std::move(without);
   }

@@ -25,8 +25,8 @@ constexpr double kOutlierSigmas = 3.7;
 // A wrong unit or a mirrored axis is reported when it explains the points better by this factor.
 constexpr double kMuchBetter = 5;
 // Scales beyond these are no error of a camera's height or focal length.
-constexpr double kLeastScale = 0.8;
-constexpr double kLargestScale = 1.25;
+constexpr double kMinScale = 0.8;
+constexpr double kMaxScale = 1.25;
 constexpr double kLargestYawSigma_rad = 0.1;
 // Residuals that exceed the points' standard deviations by this factor are contradictions.
 constexpr double kLargestRatio = 100;
@@ -100,7 +100,7 @@ void CheckConventions(const Pairs& pairs, const Hypothesis& best, bool estimate_
   if (!estimate_scale) {
     const Hypothesis scaled = BestByTwo(pairs, true);
     const double scale = scaled.S_site_map.scale;
-    if ((scale < kLeastScale || scale > kLargestScale) &&
+    if ((scale < kMinScale || scale > kMaxScale) &&
         std::max(scaled.chi2, 1.0) * Squared(kMuchBetter) < error) {
       throw InputError(fmt::format(
           "distances between the points are {:.4g} times as long in the building as in the map; "
