@@ -189,7 +189,7 @@ std::string Incompatibility(const store::MapMetadata& a, const store::MapMetadat
   if (a.unit != b.unit) {
     return fmt::format("one map is in {}, the other in {}; make both with a rig", a.unit, b.unit);
   }
-  if (const std::string problem = SizeProblem(a, b); !problem.empty()) return problem;
+  if (std::string problem = SizeProblem(a, b); !problem.empty()) return problem;
   if (!IsSame(a.view_units_per_px, b.view_units_per_px)) {
     return fmt::format(
         "their images have {:.6g} and {:.6g} {} per px; use maps of one kind of "

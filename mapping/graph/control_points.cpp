@@ -174,6 +174,7 @@ class Chooser {
 Agreement Chooser::With(std::vector<std::size_t> used, const ControlledGraph::Fit& fit) const {
   Agreement agreement;
   std::vector<ControlMeasurement> chosen;
+  chosen.reserve(used.size());
   for (const std::size_t i : used) chosen.push_back(measurements_[i]);
   agreement.used = std::move(used);
   agreement.controlled.emplace(graph_, chosen, S_site_map_);

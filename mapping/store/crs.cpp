@@ -34,7 +34,7 @@ std::string ParseCrs(const std::string& text) {
   CPLStringList format;
   format.SetNameValue("FORMAT", "WKT2_2019");
   const OGRErr error = srs.exportToWkt(&wkt, format.List());
-  const std::string result = wkt == nullptr ? "" : wkt;
+  std::string result = wkt == nullptr ? "" : wkt;
   CPLFree(wkt);
   if (error != OGRERR_NONE || result.empty()) {
     throw InputError(shown + ": cannot be written as WKT (" + gdal.Message() + ")");

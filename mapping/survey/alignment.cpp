@@ -27,7 +27,7 @@ constexpr double kMuchBetter = 5;
 // Scales beyond these are no error of a camera's height or focal length.
 constexpr double kMinScale = 0.8;
 constexpr double kMaxScale = 1.25;
-constexpr double kLargestYawSigma_rad = 0.1;
+constexpr double kLargestYawSigmaRad = 0.1;
 // Residuals that exceed the points' standard deviations by this factor are contradictions.
 constexpr double kLargestRatio = 100;
 
@@ -260,7 +260,7 @@ Alignment Aligner::Report(const Consensus& consensus) const {
   site.sigma_yaw_rad =
       consensus.ratio / (site.S_site_map.scale * std::sqrt(consensus.fit.moment_b));
   if (params_.estimate_scale) site.sigma_scale = site.sigma_yaw_rad;
-  if (site.sigma_yaw_rad > kLargestYawSigma_rad) {
+  if (site.sigma_yaw_rad > kLargestYawSigmaRad) {
     throw InputError(
         fmt::format("the points are too close together: the direction would be uncertain by {:.0f} "
                     "degrees; choose points at the far ends of the map",
