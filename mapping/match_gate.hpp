@@ -37,6 +37,8 @@ class MatchGate {
 
   /// Adds a match that is known to be correct.
   void Add(const MatchQuality& right);
+  /// Medians of the correct matches; all 0 without any.
+  [[nodiscard]] MatchQuality Typical() const { return Median({right_.begin(), right_.end()}); }
   /// Whether a match is as good as the correct matches.
   [[nodiscard]] bool Accepts(const MatchQuality& match) const;
 
