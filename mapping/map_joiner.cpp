@@ -103,6 +103,8 @@ class Joiner {
   [[nodiscard]] std::optional<std::int64_t> NearestInA(const Pose2& T_a_base) const;
   Tested Test(const Hypothesis& hypothesis);
   void LearnStandard(std::span<const std::int64_t> part);
+  [[nodiscard]] bool IsAsGoodAsNeighbours(const Tested& tested) const;
+  void RemoveImitations(std::vector<Tested>& tested) const;
   [[nodiscard]] JoinResult Judge(const std::vector<Tested>& tested) const;
 
   LoopCloser& closer_;
@@ -319,10 +321,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
         best->distinct);
     return result;
   }
-  const MatchQuality quality = Median(best->qualities);
-  const bool as_good = same_light_ ? standard_.Accepts(quality)
-                                   : quality.peak >= kMinPeakRatio * standard_.Typical().peak;
-  if (!as_good) {
+  if (!IsAsGoodAsNeighbours(*best)) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
         fmt::format("the ceiling is periodic: {} images agree, but not as well as neighbours do",
@@ -333,6 +332,21 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
   result.T_a_b = best->hypothesis.T_a_b;
   result.edges = best->hypothesis.edges;
   return result;
+}
+
+bool Joiner::IsAsGoodAsNeighbours(const Tested& tested) const {
+  const MatchQuality quality = Median(tested.qualities);
+  return same_light_ ? standard_.Accepts(quality)
+                     : quality.peak >= kMinPeakRatio * standard_.Typical().peak;
+}
+
+/// Removes relative poses at which the images agree much worse than neighbours do, if there is a
+/// better one: under a lattice of tiles and lamps they imitate the true pose.
+void Joiner::RemoveImitations(std::vector<Tested>& tested) const {
+  if (same_light_) return;
+  const auto good = [this](const Tested& t) { return t.matched > 0 && IsAsGoodAsNeighbours(t); };
+  if (std::none_of(tested.begin(), tested.end(), good)) return;
+  std::erase_if(tested, [&](const Tested& t) { return !good(t); });
 }
 
 JoinResult Joiner::Run() {
@@ -347,6 +361,7 @@ JoinResult Joiner::Run() {
     if (tested.size() >= kMaxTested) break;
     tested.push_back(Test(hypothesis));
   }
+  RemoveImitations(tested);
   return Judge(tested);
 }
 
