@@ -38,7 +38,7 @@ constexpr double kMinDistinctRatio = 0.25;
 // Their required peak, relative to that of neighbours within each part. In a hall with a lattice of
 // tiles and lamps 13 true positions had 0.88 and more, also at night and with other cameras, four
 // false ones at most 0.63; of 190 pairs of maps two false ones passed.
-constexpr double kMinPeakRatio = 0.7;
+constexpr double kMinNeighbourPeakRatio = 0.7;
 constexpr int kMaxChecks = 40;  // largest number of keyframes that test a relative pose
 // Two matches agree when they differ by at most this fraction of an image's span ...
 constexpr double kToleranceRatio = 0.08;
@@ -337,7 +337,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
 bool Joiner::IsAsGoodAsNeighbours(const Tested& tested) const {
   const MatchQuality quality = Median(tested.qualities);
   return same_light_ ? standard_.Accepts(quality)
-                     : quality.peak >= kMinPeakRatio * standard_.Typical().peak;
+                     : quality.peak >= kMinNeighbourPeakRatio * standard_.Typical().peak;
 }
 
 /// Removes relative poses at which the images agree much worse than neighbours do, if there is a
