@@ -5,6 +5,9 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <utility>
+
+#include "calib/base/statistics.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -81,8 +84,8 @@ class LinkForest {
       gaps.push_back(off.Translation().norm());
       turns.push_back(std::abs(off.yaw));
     }
-    return Middle(gaps) <= kMaxGapSpans * span_ + kMaxGapRatio * extent &&
-           Middle(turns) <= kMaxGapRad;
+    return Median(std::move(gaps)) <= kMaxGapSpans * span_ + kMaxGapRatio * extent &&
+           Median(std::move(turns)) <= kMaxGapRad;
   }
 
  private:
@@ -93,12 +96,6 @@ class LinkForest {
     std::size_t depth = 0;
     Pose2 T_root_map;
   };
-
-  static double Middle(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  }
 
   /// Gives a tree's maps their poses, from its root on.
   void Place(std::size_t root, const std::vector<std::vector<std::size_t>>& tree) {

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "calib/base/error.hpp"
+#include "calib/base/planar_fit.hpp"
 #include "mapping/graph/fingerprint.hpp"
 #include "mapping/map_merge.hpp"
 #include "mapping/map_parts.hpp"
@@ -71,31 +72,14 @@ Pose2 RelativePose(const std::vector<graph::Edge>& edges,
                    const std::vector<Pose2>& T_a_from,
                    const std::vector<Pose2>& T_b_to,
                    double arm) {
-  std::vector<Eigen::Vector2d> in_a;
-  std::vector<Eigen::Vector2d> in_b;
+  std::vector<PointPair> pairs;
+  pairs.reserve(2 * edges.size());
   for (std::size_t i = 0; i < edges.size(); ++i) {
     for (const Eigen::Vector2d& p : {Eigen::Vector2d(0, 0), Eigen::Vector2d(arm, 0)}) {
-      in_a.emplace_back(T_a_from[i] * edges[i].T_from_to * p);
-      in_b.emplace_back(T_b_to[i] * p);
+      pairs.push_back({T_a_from[i] * edges[i].T_from_to * p, T_b_to[i] * p});
     }
   }
-  Eigen::Vector2d mean_a = Eigen::Vector2d::Zero();
-  Eigen::Vector2d mean_b = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < in_a.size(); ++i) {
-    mean_a += in_a[i] / static_cast<double>(in_a.size());
-    mean_b += in_b[i] / static_cast<double>(in_b.size());
-  }
-  double cosine = 0;
-  double sine = 0;
-  for (std::size_t i = 0; i < in_a.size(); ++i) {
-    const Eigen::Vector2d p = in_a[i] - mean_a;
-    const Eigen::Vector2d q = in_b[i] - mean_b;
-    cosine += q.dot(p);
-    sine += q.x() * p.y() - q.y() * p.x();
-  }
-  Pose2 T_a_b{0, 0, std::atan2(sine, cosine)};
-  const Eigen::Vector2d t = mean_a - T_a_b * mean_b;
-  return {t.x(), t.y(), T_a_b.yaw};
+  return FitPlane(pairs, false).value().S_a_b.motion;
 }
 
 MapMatch MatchMaps(const NamedMap& a, const NamedMap& b, const MapperParams& params) {

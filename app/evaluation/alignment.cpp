@@ -5,39 +5,13 @@
 namespace ceilmap::evaluation {
 namespace {
 
-// Sums over points relative to their means.
-struct Moments {
-  Eigen::Vector2d mean_truth = Eigen::Vector2d::Zero();
-  Eigen::Vector2d mean_estimate = Eigen::Vector2d::Zero();
-  double cross = 0;    // of estimate x truth
-  double dot = 0;      // of estimate . truth
-  double squares = 0;  // of |estimate|^2
-};
-
-Moments Collect(const std::vector<PointPair>& pairs) {
-  Moments m;
-  for (const PointPair& pair : pairs) {
-    m.mean_truth += pair.truth;
-    m.mean_estimate += pair.estimate;
-  }
-  m.mean_truth /= static_cast<double>(pairs.size());
-  m.mean_estimate /= static_cast<double>(pairs.size());
-  for (const PointPair& pair : pairs) {
-    const Eigen::Vector2d s = pair.estimate - m.mean_estimate;
-    const Eigen::Vector2d d = pair.truth - m.mean_truth;
-    m.cross += s.x() * d.y() - s.y() * d.x();
-    m.dot += s.dot(d);
-    m.squares += s.squaredNorm();
-  }
-  return m;
-}
-
-PlanarSimilarity Solve(const Moments& m, double scale) {
-  PlanarSimilarity T{{0, 0, std::atan2(m.cross, m.dot)}, scale};
-  const Eigen::Vector2d t = m.mean_truth - scale * (T.motion.Rotation() * m.mean_estimate);
-  T.motion.x = t.x();
-  T.motion.y = t.y();
-  return T;
+/// Points that do not determine a rotation are only moved.
+Similarity2 FitOrMove(const std::vector<PointPair>& pairs, bool estimate_scale) {
+  if (const auto fit = FitPlane(pairs, estimate_scale)) return fit->S_a_b;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const PointPair& pair : pairs) sum += pair.p_a - pair.p_b;
+  const Eigen::Vector2d t = sum / static_cast<double>(pairs.size());
+  return {{t.x(), t.y(), 0}, 1};
 }
 
 std::vector<PointPair> Positions(const std::vector<PosePair>& pairs) {
@@ -51,11 +25,7 @@ std::vector<PointPair> Positions(const std::vector<PosePair>& pairs) {
 
 }  // namespace
 
-Eigen::Vector2d operator*(const PlanarSimilarity& T, const Eigen::Vector2d& p) {
-  return T.motion * (T.scale * p);
-}
-
-StampedPose operator*(const PlanarSimilarity& T, const StampedPose& pose) {
+StampedPose operator*(const Similarity2& T, const StampedPose& pose) {
   StampedPose moved = pose;
   moved.position << T * Eigen::Vector2d(pose.position.head<2>()), T.scale * pose.position.z();
   const double half = T.motion.yaw / 2;
@@ -64,16 +34,14 @@ StampedPose operator*(const PlanarSimilarity& T, const StampedPose& pose) {
 }
 
 Pose2 FitPlanarMotion(const std::vector<PointPair>& pairs) {
-  return Solve(Collect(pairs), 1).motion;
+  return FitOrMove(pairs, false).motion;
 }
 
-PlanarSimilarity FitPlanarSimilarity(const std::vector<PointPair>& pairs) {
-  const Moments m = Collect(pairs);
-  const double together = std::hypot(m.cross, m.dot);
-  return Solve(m, together > 0 && m.squares > 0 ? together / m.squares : 1);
+Similarity2 FitPlanarSimilarity(const std::vector<PointPair>& pairs) {
+  return FitOrMove(pairs, true);
 }
 
-PlanarSimilarity Align(const std::vector<PosePair>& pairs, Alignment alignment) {
+Similarity2 Align(const std::vector<PosePair>& pairs, Alignment alignment) {
   switch (alignment) {
     case Alignment::kSe2:
       return {FitPlanarMotion(Positions(pairs)), 1};

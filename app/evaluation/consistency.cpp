@@ -39,7 +39,7 @@ Nees Summarize(std::vector<double> values, int freedom, double bound) {
 
 std::optional<Consistency> MeasureConsistency(const TrajectoryErrors& errors,
                                               const std::vector<PoseCovariance>& covariances) {
-  const PlanarSimilarity& T = errors.T_truth_estimate;
+  const Similarity2& T = errors.T_truth_estimate;
   const Eigen::Matrix2d R_estimate_truth = T.motion.Rotation().transpose();
   std::vector<double> position;
   std::vector<double> pose;

@@ -141,14 +141,14 @@ Residual ResidualAt(const PlanarTrack& truth,
   if (points.empty()) return residual;
   const auto count = static_cast<double>(points.size());
   residual.variance = squares / count - (sum / count).squaredNorm();
-  const PlanarSimilarity fit = FitPlanarSimilarity(points);
+  const Similarity2 fit = FitPlanarSimilarity(points);
   Eigen::Vector2d direction = Eigen::Vector2d::Zero();
   for (const double turn : turns) direction += Eigen::Vector2d(std::cos(turn), std::sin(turn));
   const double mean_turn = std::atan2(direction.y(), direction.x());
   residual.mean_square = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double yaw_m = lever_m * WrapAngle(turns[i] - mean_turn);
-    const double square = (fit * points[i].estimate - points[i].truth).squaredNorm();
+    const double square = (fit * points[i].p_b - points[i].p_a).squaredNorm();
     residual.mean_square += (square + yaw_m * yaw_m) / count;
   }
   return residual;

@@ -17,7 +17,7 @@ namespace ceilmap::evaluation {
 struct EvaluationParams {
   Alignment align = Alignment::kSe2;
   /// The known transform from the estimate to the truth; `align` is not used then.
-  std::optional<PlanarSimilarity> T_truth_estimate = std::nullopt;
+  std::optional<Similarity2> T_truth_estimate = std::nullopt;
   double max_dt_s = 0.02;  ///< poses further apart in time are not compared, >= 0
   SegmentParams segments = {};
   /// Number of expected poses; unset: as many as the truth has.
@@ -46,7 +46,7 @@ struct TrajectoryErrors {
   std::int64_t matched = 0;
   std::int64_t expected = 0;
   double path_m = 0;  ///< length of the true path over the floor
-  PlanarSimilarity T_truth_estimate;
+  Similarity2 T_truth_estimate;
   std::vector<FrameError> frames;  ///< by rising stamps
 
   ErrorStatistics position_m;

@@ -35,9 +35,9 @@ std::vector<files::NamedFile> ParseEstimates(const std::vector<std::string>& arg
 }
 
 // Alignment of a map, from the run that created it.
-evaluation::PlanarSimilarity FrameOfMap(const std::filesystem::path& truth_file,
-                                        const std::filesystem::path& estimate_file,
-                                        double max_dt_s) {
+Similarity2 FrameOfMap(const std::filesystem::path& truth_file,
+                       const std::filesystem::path& estimate_file,
+                       double max_dt_s) {
   const std::vector<StampedPose> truth = files::ReadTum(truth_file);
   const std::vector<StampedPose> estimate = files::ReadTum(estimate_file);
   std::vector<evaluation::PosePair> pairs;

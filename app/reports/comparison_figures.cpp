@@ -14,19 +14,9 @@ namespace ceilmap::reports {
 namespace {
 
 using evaluation::FrameError;
-using evaluation::PlanarSimilarity;
-
-PlanarSimilarity Inverse(const PlanarSimilarity& T) {
-  PlanarSimilarity inverse;
-  inverse.scale = 1 / T.scale;
-  inverse.motion = T.motion.Inverse();
-  inverse.motion.x *= inverse.scale;
-  inverse.motion.y *= inverse.scale;
-  return inverse;
-}
 
 /// Coordinates of a pose in the figures.
-void Place(const PlanarSimilarity& T, const Eigen::Vector2d& p_truth, figures::FigurePose& pose) {
+void Place(const Similarity2& T, const Eigen::Vector2d& p_truth, figures::FigurePose& pose) {
   const Eigen::Vector2d shown = T * p_truth;
   pose.x = shown.x();
   pose.y = shown.y();
@@ -57,15 +47,15 @@ std::vector<figures::FigurePose> FigurePoses(const std::vector<StampedPose>& pos
   return shown;
 }
 
-PlanarSimilarity T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame) {
+Similarity2 T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame) {
   if (frame == ShownFrame::kTruth || runs.empty()) return {};
-  return Inverse(runs.front().errors->T_truth_estimate);
+  return runs.front().errors->T_truth_estimate.Inverse();
 }
 
 figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
                                             const std::vector<ComparedRun>& runs,
                                             ShownFrame frame) {
-  const PlanarSimilarity T_shown = T_shown_truth(runs, frame);
+  const Similarity2 T_shown = T_shown_truth(runs, frame);
   figures::TrajectoryComparison comparison;
   const std::vector<figures::FigurePose> unmoved = FigurePoses(truth);
   for (const ComparedRun& run : runs) {
@@ -98,7 +88,7 @@ figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& trut
 
 std::vector<figures::FigurePose> FigurePosesBefore(const std::vector<StampedPose>& truth,
                                                    const evaluation::Compensation& compensation,
-                                                   const PlanarSimilarity& T_shown_truth) {
+                                                   const Similarity2& T_shown_truth) {
   const std::vector<figures::FigurePose> unmoved = FigurePoses(truth);
   std::vector<figures::FigurePose> shown;
   for (std::size_t i = 0; i < compensation.frames.size(); ++i) {

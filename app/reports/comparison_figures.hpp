@@ -28,7 +28,7 @@ enum class ShownFrame {
 };
 
 /// The transform to that frame from the frame of the truth.
-evaluation::PlanarSimilarity T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame);
+Similarity2 T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame);
 
 /// @param truth  Reference of the errors. @param runs  At least one.
 figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
@@ -36,10 +36,9 @@ figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& trut
                                             ShownFrame frame);
 
 /// Poses without tilt compensation, for TrajectoryComparison::before.
-std::vector<figures::FigurePose> FigurePosesBefore(
-    const std::vector<StampedPose>& truth,
-    const evaluation::Compensation& compensation,
-    const evaluation::PlanarSimilarity& T_shown_truth);
+std::vector<figures::FigurePose> FigurePosesBefore(const std::vector<StampedPose>& truth,
+                                                   const evaluation::Compensation& compensation,
+                                                   const Similarity2& T_shown_truth);
 
 /// A trajectory without a truth: distances are along its own path. Empty for none.
 std::vector<figures::FigurePose> FigurePoses(const std::vector<StampedPose>& poses);

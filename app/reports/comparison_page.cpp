@@ -16,11 +16,8 @@ namespace ceilmap::reports {
 namespace {
 
 using evaluation::FrameError;
-using evaluation::PlanarSimilarity;
 
-page::PagePose Shown(const PlanarSimilarity& T_shown_truth,
-                     double stamp_s,
-                     const Pose2& T_truth_base) {
+page::PagePose Shown(const Similarity2& T_shown_truth, double stamp_s, const Pose2& T_truth_base) {
   const Eigen::Vector2d position = T_shown_truth * T_truth_base.Translation();
   page::PagePose pose;
   pose.stamp_s = stamp_s;
@@ -100,7 +97,7 @@ class Builder {
 
   const Comparison& comparison_;
   bool metres_;
-  PlanarSimilarity T_shown_truth_;
+  Similarity2 T_shown_truth_;
 };
 
 page::PagePath Builder::Truth() const {
@@ -115,7 +112,7 @@ page::PagePath Builder::Truth() const {
 }
 
 page::PagePath Builder::Run(const ComparedEstimate& estimate) const {
-  const PlanarSimilarity& T_truth_estimate = estimate.errors->T_truth_estimate;
+  const Similarity2& T_truth_estimate = estimate.errors->T_truth_estimate;
   page::PagePath path;
   path.name = estimate.file.name;
   path.poses.reserve(estimate.errors->frames.size());

@@ -153,7 +153,7 @@ std::string FormatEstimatesCsv(const Comparison& comparison) {
                                        Number(estimate.Coverage()),
                                        Number(errors ? errors->path_m : heading.path_m)};
     if (errors) {
-      const evaluation::PlanarSimilarity& T = errors->T_truth_estimate;
+      const Similarity2& T = errors->T_truth_estimate;
       for (const double value : {T.motion.x, T.motion.y, kDegPerRad * T.motion.yaw, T.scale}) {
         fields.push_back(Number(value));
       }

@@ -74,7 +74,7 @@ ReportTable AlignmentTable(const Comparison& comparison) {
   for (const ComparedEstimate& estimate : comparison.estimates) {
     std::vector<std::string> row = {estimate.file.name, "", "", "", ""};
     if (estimate.errors) {
-      const evaluation::PlanarSimilarity& T = estimate.errors->T_truth_estimate;
+      const Similarity2& T = estimate.errors->T_truth_estimate;
       row = {estimate.file.name,
              Fixed(T.motion.x, 4),
              Fixed(T.motion.y, 4),

@@ -13,7 +13,6 @@ using evaluation::ErrorStatistics;
 using evaluation::HeadingErrors;
 using evaluation::Nees;
 using evaluation::PathErrors;
-using evaluation::PlanarSimilarity;
 using evaluation::PoseErrorStatistics;
 using evaluation::SegmentErrors;
 using evaluation::TimeOffset;
@@ -52,7 +51,7 @@ ordered_json ToJson(const PoseErrorStatistics& statistics) {
           {"full", ToJson(statistics.full)}};
 }
 
-ordered_json ToJson(const PlanarSimilarity& T) {
+ordered_json ToJson(const Similarity2& T) {
   return {{"x", T.motion.x},
           {"y", T.motion.y},
           {"yaw_deg", kDegPerRad * T.motion.yaw},

@@ -16,7 +16,7 @@ namespace ceilmap::reports {
 nlohmann::ordered_json ToJson(const evaluation::ErrorStatistics& statistics);
 nlohmann::ordered_json ToJson(const evaluation::PoseErrorStatistics& statistics);
 /// x, y, yaw_deg, scale.
-nlohmann::ordered_json ToJson(const evaluation::PlanarSimilarity& T);
+nlohmann::ordered_json ToJson(const Similarity2& T);
 nlohmann::ordered_json ToJson(const evaluation::SegmentErrors& errors);
 /// Without the errors of single frames.
 nlohmann::ordered_json ToJson(const evaluation::TrajectoryErrors& errors);

@@ -4,7 +4,7 @@ namespace ceilmap {
 
 Similarity2 Similarity2::Inverse() const {
   const Eigen::Vector2d t = -(motion.Rotation().transpose() * motion.Translation()) / scale;
-  return {1 / scale, {t.x(), t.y(), WrapAngle(-motion.yaw)}};
+  return {{t.x(), t.y(), WrapAngle(-motion.yaw)}, 1 / scale};
 }
 
 Eigen::Vector2d operator*(const Similarity2& S_a_b, const Eigen::Vector2d& p_b) {

@@ -9,8 +9,8 @@ namespace ceilmap {
 /// Planar similarity transform, named as a pose: `S_a_b` transforms coordinates in frame b to frame
 /// a, p_a = S_a_b * p_b = scale * R(yaw) * p_b + t, without reflection.
 struct Similarity2 {
-  double scale = 1;  ///< > 0: lengths in a per length in b
   Pose2 motion;      ///< R(yaw) and t, in a
+  double scale = 1;  ///< > 0: lengths in a per length in b
 
   [[nodiscard]] Similarity2 Inverse() const;
 };

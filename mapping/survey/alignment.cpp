@@ -11,7 +11,7 @@
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/field_check.hpp"
-#include "mapping/survey/planar_fit.hpp"
+#include "calib/base/planar_fit.hpp"
 
 namespace ceilmap::survey {
 namespace {

@@ -56,7 +56,7 @@ Pose2 AlignMap(const store::MapReader& map, const std::vector<StampedPose>& trut
     mapped.push_back(ToStampedPose(frame.stamp_s, frame.T_map_base, frame.tilt));
   }
   constexpr double kMaxGap_s = 0.002;
-  std::vector<evaluation::PointPair> pairs;
+  std::vector<PointPair> pairs;
   for (const auto& [t, m] : evaluation::MatchStamps(truth, mapped, kMaxGap_s)) {
     pairs.push_back({mapped[m].position.head<2>(), truth[t].position.head<2>()});
   }

@@ -59,7 +59,7 @@ std::vector<Estimate> PosesOfStatus(const fs::path& file) {
 
 Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& shots) {
   const auto by_stamp = ByStamp(shots);
-  std::vector<evaluation::PointPair> pairs;
+  std::vector<PointPair> pairs;
   for (const Estimate& estimate : estimates) {
     const Shot* const shot = ShotAt(by_stamp, estimate.stamp_s);
     if (shot == nullptr) continue;

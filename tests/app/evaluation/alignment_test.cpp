@@ -28,13 +28,13 @@ TEST(FitPlanarMotion, OnePlaceIsOnlyMoved) {
 }
 
 TEST(FitPlanarSimilarity, RecoversAScale) {
-  const PlanarSimilarity T{{3, -4, 2.9}, 0.05};
+  const Similarity2 T{{3, -4, 2.9}, 0.05};
   std::vector<PointPair> pairs;
   for (const Eigen::Vector2d& p :
        {Eigen::Vector2d(0, 0), Eigen::Vector2d(20, 10), Eigen::Vector2d(-40, 20)}) {
     pairs.push_back({T * p, p});
   }
-  const PlanarSimilarity fit = FitPlanarSimilarity(pairs);
+  const Similarity2 fit = FitPlanarSimilarity(pairs);
   EXPECT_NEAR(fit.scale, 0.05, 1e-15);
   EXPECT_NEAR(fit.motion.x, 3, 1e-14);
   EXPECT_NEAR(fit.motion.y, -4, 1e-14);
@@ -47,7 +47,7 @@ TEST(FitPlanarSimilarity, TakesErrorsForScaleOnlyAsFarAsTheyAre) {
   // |estimate|^2 = 8.8 + 0.16 - 4 * 0.01.
   const std::vector<PointPair> pairs = {
       {{1, 1}, {1.4, 1}}, {{-1, 1}, {-1, 1}}, {{-1, -1}, {-1, -1}}, {{1, -1}, {1, -1}}};
-  const PlanarSimilarity fit = FitPlanarSimilarity(pairs);
+  const Similarity2 fit = FitPlanarSimilarity(pairs);
   EXPECT_NEAR(fit.scale, std::hypot(8.4, 0.4) / 8.92, 1e-14);
   EXPECT_NEAR(fit.motion.yaw, std::atan2(0.4, 8.4), 1e-14);
 }
@@ -57,8 +57,8 @@ TEST(FitPlanarSimilarity, ARobotAtRestHasNoScale) {
   EXPECT_EQ(FitPlanarSimilarity({{{1, 2}, {5, 5}}, {{1, 2}, {7, 5}}}).scale, 1);
 }
 
-TEST(PlanarSimilarity, MovesPosesInSpace) {
-  const PlanarSimilarity T{{1, 0, std::numbers::pi / 2}, 2};
+TEST(Similarity2, MovesPosesInSpace) {
+  const Similarity2 T{{1, 0, std::numbers::pi / 2}, 2};
   const StampedPose moved = T * ToStampedPose(7, {3, 0, 0.25}, {.pitch_rad = 0.1, .lift_m = 0.05});
   EXPECT_EQ(moved.stamp_s, 7);
   EXPECT_NEAR((moved.position - Eigen::Vector3d(1, 6, 0.1)).norm(), 0, 1e-15);

@@ -83,7 +83,7 @@ TEST(EvaluateTrajectory, InAFrameThatIsKnown) {
   const std::vector<Pose2> path = {{0, 0, 0}, {1, 0, 0}};
   const auto errors = EvaluateTrajectory(Poses(path),
                                          Poses({{10.25, 0, 0}, {11.25, 0, 0}}),
-                                         {.T_truth_estimate = PlanarSimilarity{{-10, 0, 0}, 1}});
+                                         {.T_truth_estimate = Similarity2{{-10, 0, 0}, 1}});
   ASSERT_TRUE(errors);
   EXPECT_DOUBLE_EQ(errors->position_m.mean, 0.25);
   EXPECT_DOUBLE_EQ(errors->T_truth_estimate.motion.x, -10);

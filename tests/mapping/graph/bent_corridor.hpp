@@ -78,7 +78,7 @@ class Corridor {
 
   MapGraph graph;
   std::vector<Pose2> truth;
-  const Similarity2 site{1, {691'000, 5'335'000, 0.7}};
+  const Similarity2 site{{691'000, 5'335'000, 0.7}, 1};
 
  private:
   Eigen::Vector2d Noise(double sigma) {

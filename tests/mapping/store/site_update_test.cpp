@@ -21,7 +21,7 @@ using testing::ThrowsMessage;
 
 survey::SiteFrame ExampleSite() {
   survey::SiteFrame site;
-  site.S_site_map = {1.0 / 3, {691'000.1, 5'335'000.7, -2.0 / 7}};
+  site.S_site_map = {{691'000.1, 5'335'000.7, -2.0 / 7}, 1.0 / 3};
   site.centre_map = {0.1, -0.2};
   site.sigma_position_m = 0.0031;
   site.sigma_yaw_rad = 0.00017;

@@ -19,7 +19,7 @@ class Survey {
  public:
   explicit Survey(unsigned seed) : random_(seed) {
     std::uniform_real_distribution<double> yaw(-std::numbers::pi, std::numbers::pi);
-    truth_ = {1, {691'000.25, 5'335'000.5, yaw(random_)}};
+    truth_ = {{691'000.25, 5'335'000.5, yaw(random_)}, 1};
   }
 
   [[nodiscard]] const Similarity2& Truth() const { return truth_; }

@@ -9,7 +9,7 @@ namespace {
 
 SiteFrame QuarterTurn() {
   SiteFrame site;
-  site.S_site_map = {2, {100, 200, std::numbers::pi / 2}};
+  site.S_site_map = {{100, 200, std::numbers::pi / 2}, 2};
   site.centre_map = {1, 1};
   site.sigma_position_m = 0.01;
   return site;

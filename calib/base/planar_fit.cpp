@@ -1,8 +1,8 @@
-#include "mapping/survey/planar_fit.hpp"
+#include "calib/base/planar_fit.hpp"
 
 #include <cmath>
 
-namespace ceilmap::survey {
+namespace ceilmap {
 
 std::optional<PlanarFit> FitPlane(std::span<const PointPair> pairs, bool estimate_scale) {
   PlanarFit fit;
@@ -36,14 +36,4 @@ std::optional<PlanarFit> FitPlane(std::span<const PointPair> pairs, bool estimat
   return fit;
 }
 
-double MeanSquare(std::span<const PointPair> pairs, const Similarity2& S_a_b) {
-  double sum = 0;
-  double weights = 0;
-  for (const PointPair& pair : pairs) {
-    sum += pair.weight * (pair.p_a - S_a_b * pair.p_b).squaredNorm();
-    weights += pair.weight;
-  }
-  return sum / weights;
-}
-
-}  // namespace ceilmap::survey
+}  // namespace ceilmap

@@ -6,8 +6,8 @@
 
 #include "calib/base/similarity2.hpp"
 
-/// Least-squares transforms between two sets of points. Internal.
-namespace ceilmap::survey {
+/// Least-squares transforms between two sets of points of the plane.
+namespace ceilmap {
 
 /// p_a = S_a_b * p_b, counted with a weight > 0.
 struct PointPair {
@@ -23,13 +23,11 @@ struct PlanarFit {
   double moment_b = 0;                                 ///< weighted sum of |p_b - centre_b|^2
 };
 
-/// The transform of least weighted squares, in closed form (Umeyama 1991).
+/// The transform of least weighted squares, in closed form (Umeyama 1991, "Least-squares estimation
+/// of transformation parameters between two point patterns", in the plane).
 /// @param estimate_scale  false: scale 1.
 /// @return nothing where the points do not determine it: fewer than two of them, or all in one
-/// place.
+/// place in a or in b.
 std::optional<PlanarFit> FitPlane(std::span<const PointPair> pairs, bool estimate_scale);
 
-/// The weighted mean of |p_a - S_a_b * p_b|^2.
-double MeanSquare(std::span<const PointPair> pairs, const Similarity2& S_a_b);
-
-}  // namespace ceilmap::survey
+}  // namespace ceilmap
