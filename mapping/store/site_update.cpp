@@ -6,6 +6,7 @@
 
 #include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/remote_name.hpp"
 #include "mapping/store/attribute_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
 #include "mapping/store/map_file.hpp"
@@ -84,6 +85,9 @@ void WriteSiteFrame(const fs::path& map,
                     const std::string& provenance) {
   if (output.extension() != ".gpkg") {
     throw InputError(output.string() + ": a map file's name must end in .gpkg");
+  }
+  if (IsRemoteName(map.string())) {
+    throw InputError(WithoutSecrets(map.string()) + ": is on a server; download it to align it");
   }
   AtomicFile target(output, {"-wal", "-shm", "-journal"});
   MapMetadata metadata;
