@@ -137,7 +137,7 @@ std::string DrawPlan(const store::SitePlan& plan, const SiteView& view) {
 
 /// Pixels per metre of a residual: a round number.
 double ArrowScale(const survey::SiteFrame& site) {
-  double largest = 1e-6;
+  double largest = 1e-4;  // smaller ones are not seen
   for (const survey::AlignedPoint& point : site.points) {
     if (point.used) largest = std::max(largest, point.residual_m.norm());
   }
