@@ -84,8 +84,8 @@ class LinkForest {
       gaps.push_back(off.Translation().norm());
       turns.push_back(std::abs(off.yaw));
     }
-    return Median(std::move(gaps)) <= kMaxGapSpans * span_ + kMaxGapRatio * extent &&
-           Median(std::move(turns)) <= kMaxGapRad;
+    return ceilmap::Median(std::move(gaps)) <= kMaxGapSpans * span_ + kMaxGapRatio * extent &&
+           ceilmap::Median(std::move(turns)) <= kMaxGapRad;
   }
 
  private:
