@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "calib/base/error.hpp"
 #include "tests/mapping/map_files.hpp"
 
@@ -57,34 +55,6 @@ TEST(MatchMaps, OtherCeilingsAreNotEvenCompared) {
   EXPECT_EQ(match.result.compared, 0);
   EXPECT_THAT(match.result.reason, testing::HasSubstr("no overlap found"));
   EXPECT_TRUE(match.result.edges.empty());
-}
-
-/// Two rooms may have the same lamps and signs at the same places: then images of both agree at one
-/// position as well-defined as in one room. Only the grain of the ceiling differs.
-CeilingParams RoomWithMarks(std::uint32_t seed) {
-  CeilingParams room;
-  room.seed = seed;
-  room.tile_px = 0;
-  room.lamps = false;
-  room.marks = false;
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> x(-400, 1100);
-  std::uniform_real_distribution<double> y(-400, 500);
-  for (int i = 0; i < 120; ++i) room.own_marks.emplace_back(x(random), y(random));
-  return room;
-}
-
-TEST(MatchMaps, ARoomThatImitatesAnotherIsNotJoined) {
-  const DriveUnder a(RoomWithMarks(1), DriveAlong(0, 0, 8));
-  MapFiles files;
-  files.Add("a", a);
-  files.Add("same", DriveUnder(RoomWithMarks(1), DriveAlong(0.3, 0.2, 8), {}, 100));
-  files.Add("other", DriveUnder(RoomWithMarks(2), DriveAlong(0.3, 0.2, 8), {}, 200));
-  const MapMatch same = MatchMaps(files.Maps()[0], files.Maps()[1]);
-  EXPECT_TRUE(same.result.ok()) << same.result.reason;
-  const MapMatch other = MatchMaps(files.Maps()[0], files.Maps()[2]);
-  EXPECT_EQ(other.result.verdict, JoinResult::Verdict::kAmbiguous) << other.result.reason;
-  EXPECT_THAT(other.result.reason, testing::HasSubstr("not as well as neighbours do"));
 }
 
 TEST(MatchMaps, AMapAndItsCopyAreRefused) {

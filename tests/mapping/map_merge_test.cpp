@@ -117,6 +117,27 @@ TEST(MapMerge, PeriodicCeilingIsAmbiguous) {
   EXPECT_THAT(merged.results[1].reason, HasSubstr("is periodic"));
 }
 
+/// Rooms may have the same lamps and signs at the same places: images of both then agree at one
+/// position, as in one room, and grooves between equal tiles agree too. Only the grain differs.
+registration::synthetic::CeilingParams RoomWithMarks(std::uint32_t seed) {
+  registration::synthetic::CeilingParams room = Periodic(70);
+  room.seed = seed;
+  room.speckle_grey = 10;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> x(-400, 1100);
+  std::uniform_real_distribution<double> y(-400, 500);
+  for (int i = 0; i < 120; ++i) room.own_marks.emplace_back(x(random), y(random));
+  return room;
+}
+
+TEST(MapMerge, ARoomThatImitatesAnotherIsAmbiguous) {
+  const DriveUnder a(RoomWithMarks(1), Row(0, 0, 9));
+  EXPECT_TRUE(Merge(a, DriveUnder(RoomWithMarks(1), Row(0.3, 0.2, 9), {}, 1000)).ok());
+  const MergeResult other = Merge(a, DriveUnder(RoomWithMarks(2), Row(0.3, 0.2, 9), {}, 1000));
+  EXPECT_FALSE(other.ok());
+  EXPECT_THAT(other.results[1].reason, HasSubstr("not as well as neighbours do"));
+}
+
 TEST(MapMerge, IdenticalBaysAreAmbiguous) {
   // The same mark every 2 m, seen one or two at a time: every image fits at several places.
   CeilingParams bays = Periodic(0);
