@@ -23,8 +23,6 @@ constexpr char kLift[] = "lift";
 // In the order of graph::Edge::Kind.
 constexpr std::array<const char*, 3> kEdgeKinds = {"odometry", "loop_closure", "wheels"};
 
-constexpr double kMaxCoordinate = 1e9;
-
 bool AddFrameFields(OGRLayer& layer) {
   return AddField(layer, "frame_index", OFTInteger64) &&
          AddField(layer, "keyframe_id", OFTInteger64) && AddField(layer, "stamp_s", OFTReal) &&
@@ -57,12 +55,6 @@ graph::TrackingStatus Status(OGRFeature& row) {
     if (text == graph::ToString(status)) return status;
   }
   ThrowDamaged(row, "unknown status");
-}
-
-void CheckCoordinates(OGRFeature& row, double x, double y) {
-  if (!(std::abs(x) <= kMaxCoordinate && std::abs(y) <= kMaxCoordinate)) {
-    ThrowDamaged(row, "position out of range");
-  }
 }
 
 Eigen::Vector2d Point(OGRFeature& row) {
@@ -160,18 +152,7 @@ void Fill(OGRFeature& row, const graph::WeakSpot& spot) {
 void Fill(OGRFeature& row, const LeftOut& places) {
   row.SetField("kind", ToString(places.kind));
   row.SetField("area", places.area);
-  OGRMultiPolygon shape;
-  for (const auto& rings : places.polygons) {
-    OGRPolygon polygon;
-    for (const auto& points : rings) {
-      OGRLinearRing ring;
-      for (const cv::Point2d& point : points) ring.addPoint(point.x, point.y);
-      ring.closeRings();
-      polygon.addRing(&ring);
-    }
-    shape.addGeometry(&polygon);
-  }
-  row.SetGeometry(&shape);
+  SetPolygons(row, places.polygons);
 }
 
 bool Append(OGRLayer& layer, const graph::Keyframe& keyframe) {
@@ -267,21 +248,7 @@ LeftOut ToLeftOut(OGRFeature& row) {
   });
   if (kind == kinds.end()) ThrowDamaged(row, "unknown kind");
   places.kind = *kind;
-  const OGRGeometry* geometry = row.GetGeometryRef();
-  if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbMultiPolygon) {
-    ThrowDamaged(row, "no polygons");
-  }
-  for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) {
-    places.polygons.emplace_back();
-    for (const OGRLinearRing* ring : *polygon) {
-      std::vector<cv::Point2d> points;
-      for (int i = 0; i + 1 < ring->getNumPoints(); ++i) {
-        CheckCoordinates(row, ring->getX(i), ring->getY(i));
-        points.emplace_back(ring->getX(i), ring->getY(i));
-      }
-      places.polygons.back().push_back(std::move(points));
-    }
-  }
+  places.polygons = PolygonsOf(row);
   return places;
 }
 

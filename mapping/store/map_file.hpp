@@ -11,6 +11,7 @@
 
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/graph/map_graph.hpp"
+#include "mapping/store/map_history.hpp"
 #include "mapping/survey/site_frame.hpp"
 
 namespace ceilmap::store {
@@ -66,8 +67,7 @@ struct LeftOut {
   };
   Kind kind = Kind::kBelowCeiling;
   double area = 0;  ///< of the reference plane, map units^2
-  /// Outer ring, then the holes, of each polygon; rings are not closed.
-  std::vector<std::vector<std::vector<cv::Point2d>>> polygons;
+  Polygons polygons;
 };
 const char* ToString(LeftOut::Kind kind);
 
@@ -172,6 +172,8 @@ class MapReader {
   [[nodiscard]] std::vector<graph::WeakSpot> ReadWeakSpots() const;
   /// Empty in maps of earlier versions.
   [[nodiscard]] std::vector<LeftOut> ReadLeftOut() const;
+  /// Empty for a map that was never updated.
+  [[nodiscard]] MapHistory ReadHistory() const;
   [[nodiscard]] const graph::MapQuality& Quality() const;
   /// All of these. @throws InputError also when they are inconsistent (an edge or a frame refers to
   /// a missing keyframe).

@@ -9,6 +9,7 @@
 #include "mapping/store/attribute_tables.hpp"
 #include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
+#include "mapping/store/history_tables.hpp"
 #include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_metadata.hpp"
@@ -256,6 +257,16 @@ std::vector<LeftOut> MapReader::ReadLeftOut() const {
     if (!impl_->Has(tables::kLeftOut)) return {};
   }
   return impl_->ReadAll<LeftOut>(tables::kLeftOut, tables::ToLeftOut);
+}
+
+MapHistory MapReader::ReadHistory() const {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    const GdalScope gdal;
+    if (!impl_->Has(tables::kSessions) || !impl_->Has(tables::kChanges)) return {};
+  }
+  return {impl_->ReadAll<Session>(tables::kSessions, tables::ToSession),
+          impl_->ReadAll<Change>(tables::kChanges, tables::ToChange)};
 }
 
 const graph::MapQuality& MapReader::Quality() const {

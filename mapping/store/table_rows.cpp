@@ -1,6 +1,7 @@
 #include "mapping/store/table_rows.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "calib/base/error.hpp"
 
@@ -99,6 +100,48 @@ Bytes BytesOf(OGRFeature& row, const char* name) {
   const int column = row.GetFieldIndex(name);
   if (column >= 0) bytes.data = row.GetFieldAsBinary(column, &bytes.size);
   return bytes;
+}
+
+void CheckCoordinates(OGRFeature& row, double x, double y) {
+  constexpr double kMaxCoordinate = 1e9;
+  if (!(std::abs(x) <= kMaxCoordinate && std::abs(y) <= kMaxCoordinate)) {
+    ThrowDamaged(row, "position out of range");
+  }
+}
+
+void SetPolygons(OGRFeature& row, const Polygons& polygons) {
+  OGRMultiPolygon shape;
+  for (const auto& rings : polygons) {
+    OGRPolygon polygon;
+    for (const auto& points : rings) {
+      OGRLinearRing ring;
+      for (const cv::Point2d& point : points) ring.addPoint(point.x, point.y);
+      ring.closeRings();
+      polygon.addRing(&ring);
+    }
+    shape.addGeometry(&polygon);
+  }
+  row.SetGeometry(&shape);
+}
+
+Polygons PolygonsOf(OGRFeature& row) {
+  const OGRGeometry* geometry = row.GetGeometryRef();
+  if (geometry == nullptr || wkbFlatten(geometry->getGeometryType()) != wkbMultiPolygon) {
+    ThrowDamaged(row, "no polygons");
+  }
+  Polygons polygons;
+  for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) {
+    polygons.emplace_back();
+    for (const OGRLinearRing* ring : *polygon) {
+      std::vector<cv::Point2d> points;
+      for (int i = 0; i + 1 < ring->getNumPoints(); ++i) {
+        CheckCoordinates(row, ring->getX(i), ring->getY(i));
+        points.emplace_back(ring->getX(i), ring->getY(i));
+      }
+      polygons.back().push_back(std::move(points));
+    }
+  }
+  return polygons;
 }
 
 }  // namespace ceilmap::store::tables

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <string>
 
+#include "mapping/store/map_history.hpp"
+
 /// Columns, rows and values of the map file's tables. What is read is checked: a map may be
 /// damaged, or made by somebody else. Internal, because it uses GDAL.
 namespace ceilmap::store::tables {
@@ -42,6 +44,12 @@ double Real(OGRFeature& row, const char* name);
 std::int64_t Integer(OGRFeature& row, const char* name);
 std::string Text(OGRFeature& row, const char* name);
 Eigen::Matrix3d Matrix(OGRFeature& row, const MatrixColumns& names);
+/// @throws as ThrowDamaged for a position that no map has.
+void CheckCoordinates(OGRFeature& row, double x, double y);
+
+/// Sets the geometry of a row of a layer of multipolygons.
+void SetPolygons(OGRFeature& row, const Polygons& polygons);
+Polygons PolygonsOf(OGRFeature& row);
 
 /// The bytes of a column of type OFTBinary, valid as long as the row; null where there are none.
 struct Bytes {

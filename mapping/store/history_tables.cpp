@@ -1,0 +1,155 @@
+#include "mapping/store/history_tables.hpp"
+
+#include <array>
+
+#include "mapping/store/map_tables.hpp"
+#include "mapping/store/table_rows.hpp"
+
+namespace ceilmap::store {
+namespace {
+
+constexpr std::array kChangeKinds = {
+    Change::Kind::kSurface, Change::Kind::kBrightness, Change::Kind::kLamp, Change::Kind::kLight};
+constexpr std::array kChangeStates = {
+    Change::State::kCandidate, Change::State::kConfirmed, Change::State::kReplaced};
+
+}  // namespace
+
+const char* ToString(Change::Kind kind) {
+  switch (kind) {
+    case Change::Kind::kSurface:
+      return "surface";
+    case Change::Kind::kBrightness:
+      return "brightness";
+    case Change::Kind::kLamp:
+      return "lamp";
+    case Change::Kind::kLight:
+      break;
+  }
+  return "light";
+}
+
+const char* ToString(Change::State state) {
+  switch (state) {
+    case Change::State::kCandidate:
+      return "candidate";
+    case Change::State::kConfirmed:
+      return "confirmed";
+    case Change::State::kReplaced:
+      break;
+  }
+  return "replaced";
+}
+
+namespace tables {
+namespace {
+
+/// The value with the name that the column has.
+template <typename Values>
+auto Named(OGRFeature& row, const char* column, const Values& values) {
+  const std::string text = Text(row, column);
+  for (const auto value : values) {
+    if (text == ToString(value)) return value;
+  }
+  ThrowDamaged(row, std::string("unknown ") + column);
+}
+
+/// A number of things.
+std::int64_t CountOf(OGRFeature& row, const char* column) {
+  const std::int64_t count = Integer(row, column);
+  if (count < 0) ThrowDamaged(row, std::string("negative ") + column);
+  return count;
+}
+
+double AreaOf(OGRFeature& row, const char* column) {
+  const double area = Real(row, column);
+  if (!(area >= 0)) ThrowDamaged(row, "a negative area");
+  return area;
+}
+
+}  // namespace
+
+OGRLayer* CreateSessions(GDALDataset& dataset) {
+  OGRLayer* layer = CreateTable(dataset, kSessions, nullptr, wkbNone, "id");
+  const bool done =
+      layer != nullptr && AddField(*layer, "date", OFTString) &&
+      AddField(*layer, "source", OFTString) && AddField(*layer, "robot", OFTString) &&
+      AddField(*layer, "program_version", OFTString) && AddField(*layer, "frames", OFTInteger64) &&
+      AddField(*layer, "placed", OFTInteger64) && AddField(*layer, "other_light", OFTInteger) &&
+      AddField(*layer, "seen_area", OFTReal) && AddField(*layer, "changed_area", OFTReal);
+  return done ? layer : nullptr;
+}
+
+OGRLayer* CreateChanges(GDALDataset& dataset, OGRSpatialReference& srs) {
+  OGRLayer* layer = CreateTable(dataset, kChanges, &srs, wkbMultiPolygon, "id");
+  const bool done =
+      layer != nullptr && AddField(*layer, "kind", OFTString) &&
+      AddField(*layer, "state", OFTString) && AddField(*layer, "first_session", OFTInteger64) &&
+      AddField(*layer, "last_session", OFTInteger64) && AddField(*layer, "frames", OFTInteger64) &&
+      AddField(*layer, "difference", OFTReal) && AddField(*layer, "area", OFTReal);
+  return done ? layer : nullptr;
+}
+
+bool Append(OGRLayer& layer, const Session& session) {
+  const OGRFeatureUniquePtr row = NewRow(layer);
+  row->SetFID(session.id);
+  row->SetField("date", session.date.c_str());
+  row->SetField("source", session.source.c_str());
+  row->SetField("robot", session.robot.c_str());
+  row->SetField("program_version", session.program_version.c_str());
+  row->SetField("frames", static_cast<GIntBig>(session.frames));
+  row->SetField("placed", static_cast<GIntBig>(session.placed));
+  row->SetField("other_light", session.other_light ? 1 : 0);
+  row->SetField("seen_area", session.seen_area);
+  row->SetField("changed_area", session.changed_area);
+  return AddRow(layer, *row);
+}
+
+bool Append(OGRLayer& layer, const Change& change) {
+  const OGRFeatureUniquePtr row = NewRow(layer);
+  row->SetFID(change.id);
+  row->SetField("kind", ToString(change.kind));
+  row->SetField("state", ToString(change.state));
+  row->SetField("first_session", static_cast<GIntBig>(change.first_session));
+  row->SetField("last_session", static_cast<GIntBig>(change.last_session));
+  row->SetField("frames", static_cast<GIntBig>(change.frames));
+  row->SetField("difference", change.difference);
+  row->SetField("area", change.area);
+  SetPolygons(*row, change.polygons);
+  return AddRow(layer, *row);
+}
+
+Session ToSession(OGRFeature& row) {
+  Session session;
+  session.id = row.GetFID();
+  session.date = Text(row, "date");
+  session.source = Text(row, "source");
+  session.robot = Text(row, "robot");
+  session.program_version = Text(row, "program_version");
+  session.frames = CountOf(row, "frames");
+  session.placed = CountOf(row, "placed");
+  session.other_light = Integer(row, "other_light") != 0;
+  session.seen_area = AreaOf(row, "seen_area");
+  session.changed_area = AreaOf(row, "changed_area");
+  return session;
+}
+
+Change ToChange(OGRFeature& row) {
+  Change change;
+  change.id = row.GetFID();
+  change.kind = Named(row, "kind", kChangeKinds);
+  change.state = Named(row, "state", kChangeStates);
+  change.first_session = Integer(row, "first_session");
+  change.last_session = Integer(row, "last_session");
+  if (change.first_session < 1 || change.last_session < change.first_session) {
+    ThrowDamaged(row, "sessions in the wrong order");
+  }
+  change.frames = CountOf(row, "frames");
+  change.difference = Real(row, "difference");
+  change.area = AreaOf(row, "area");
+  change.polygons = PolygonsOf(row);
+  return change;
+}
+
+}  // namespace tables
+}  // namespace ceilmap::store
