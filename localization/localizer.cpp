@@ -110,6 +110,7 @@ struct Localizer::Impl {
   void Predict(const std::optional<PoseWithCovariance>& followed, Location& location);
   void Place(const MapMatch& match, Location& location);
   void Remember(const CeilingFrame& frame, const LevelFrame& level, const Location& location);
+  [[nodiscard]] SeenCeiling SeenAt(const Pose2& T_map_base, const cv::Mat& level_image) const;
   void Count(TrackingStatus status);
 };
 
@@ -299,6 +300,15 @@ void Localizer::Impl::Remember(const CeilingFrame& frame,
       *frame.heading, location.pose.T_map_base.yaw, location.pose.covariance(2, 2), frame.stamp_s);
 }
 
+SeenCeiling Localizer::Impl::SeenAt(const Pose2& T_map_base, const cv::Mat& level_image) const {
+  const calib::CeilingView& view = matcher.View();
+  return {level_image,
+          view.Mask(),
+          T_map_base * view.T_base_view(),
+          view.MetresPerPixel(),
+          registration::PlaneCameraOf(view).principal_px};
+}
+
 void Localizer::Impl::Count(TrackingStatus status) {
   ++report.frames;
   switch (status) {
@@ -389,6 +399,9 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   me.placed_frames = location.Placed() ? me.placed_frames + 1 : 0;
   me.InflateByTilt(location);
   if (location.Placed()) me.Remember(frame, level, location);
+  if (location.Placed() && location.inliers > 0 && me.matcher.KnowsScale()) {
+    location.seen = me.SeenAt(location.pose.T_map_base, level.image.pixels);
+  }
   me.last_stamp_s = frame.stamp_s;
   me.Count(location.pose.status);
   me.report.coding_loss += (spectrum.CodingLoss() - me.report.coding_loss) /

@@ -74,6 +74,18 @@ struct CeilingFrame {
   registration::Encoding encoding = {};
 };
 
+/// The ceiling as a frame showed it, for a comparison with the map.
+struct SeenCeiling {
+  /// CV_8UC1, rectified and level; 0 exactly where there is no content. Shares memory with the
+  /// localizer until its next call.
+  cv::Mat grey;
+  cv::Mat mask;  ///< CeilingView::Mask of the camera
+  /// p_map = T_map_view * (m_per_px * (pixel - centre)), centre = ((W-1)/2, (H-1)/2).
+  Pose2 T_map_view;
+  double m_per_px = 0;           ///< with the scale that was measured against the map
+  Eigen::Vector2d principal_px;  ///< principal point, from the centre of the image
+};
+
 /// Pose of the robot, or the reason why it is unknown. Status kPredicted: the pose by the wheels
 /// since it was measured last, with a covariance that grows with the travel.
 struct Location {
@@ -94,6 +106,8 @@ struct Location {
   /// Mean velocity since the frame before, at the middle of that time, measured while the place is
   /// searched.
   std::optional<StampedTwist2> velocity;
+  /// Of a frame with a pose by its image, once the scale of the camera is known.
+  std::optional<SeenCeiling> seen = {};
 
   [[nodiscard]] bool Placed() const { return graph::HasPose(pose.status); }
 };

@@ -88,6 +88,8 @@ class MapMatcher {
   bool LearnScale(const MapMatch& match);
   /// See LocalizerReport::scale.
   [[nodiscard]] std::optional<double> Scale() const { return scale_; }
+  /// Whether View() has its final scale.
+  [[nodiscard]] bool KnowsScale() const { return scale_known_; }
 
  private:
   void DrawAnew();

@@ -20,6 +20,7 @@ rows=(
   "mapping/survey: calib/base"
   "mapping/store: mapping/survey mapping/graph mapping/heights calib/base"
   "mapping/mosaic: mapping/store mapping/graph mapping/registration mapping/heights calib calib/base"
+  "mapping/change: mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/base"
   "mapping: mapping/mosaic mapping/store mapping/survey mapping/places mapping/graph mapping/registration mapping/heights calib calib/wheels calib/base"
   "compensation: mapping/registration mapping/heights calib calib/base"
   "compensation/mount: compensation mapping/registration mapping/heights calib/solve calib calib/wheels calib/base"
@@ -27,7 +28,7 @@ rows=(
   "localization/compass/labrosse: localization/compass calib/base"
   "localization/compass/colour: calib calib/base"
   "localization: mapping mapping/mosaic mapping/store mapping/places mapping/graph mapping/registration mapping/heights calib calib/wheels calib/base"
-  "localization/robot: localization localization/compass localization/compass/colour compensation mapping mapping/store
+  "localization/robot: localization localization/compass localization/compass/colour compensation mapping mapping/change mapping/store mapping/mosaic
     mapping/survey mapping/graph mapping/registration calib calib/wheels calib/base"
   "samples/simulator: calib calib/base"
   "app/evaluation: calib/base"

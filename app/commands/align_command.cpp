@@ -12,8 +12,8 @@
 #include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
 #include "mapping/store/map_file.hpp"
+#include "mapping/store/map_revision.hpp"
 #include "mapping/store/site_plan.hpp"
-#include "mapping/store/site_update.hpp"
 #include "mapping/survey/alignment.hpp"
 
 namespace fs = std::filesystem;
@@ -85,7 +85,9 @@ void RunAlign(const AlignOptions& options,
     files::WriteFileAtomically(options.picture, reports::DrawAlignment(map, alignment.site, plan));
     summary.files.push_back(options.picture);
   }
-  store::WriteSiteFrame(options.map, options.Result(), alignment.site, common.command_line);
+  store::MapRevision revision(options.map, options.Result(), common.command_line);
+  revision.SetSiteFrame(alignment.site);
+  revision.Commit();
   summary.files.insert(summary.files.begin(), options.Result());
   summary.quality = {{"points", alignment.site.points.size()},
                      {"used", alignment.used},

@@ -31,6 +31,7 @@ Estimate ToEstimate(const localization::Location& location,
   estimate.blocks = location.blocks;
   estimate.hypotheses = location.hypotheses;
   estimate.places = location.places;
+  estimate.seen = location.seen;
   return estimate;
 }
 

@@ -8,6 +8,7 @@
 #include "calib/base/pose_with_covariance.hpp"
 #include "calib/base/tilt.hpp"
 #include "calib/base/weighted_pose.hpp"
+#include "localization/localizer.hpp"
 #include "mapping/graph/keyframe.hpp"
 #include "mapping/survey/site_frame.hpp"
 
@@ -29,6 +30,8 @@ struct Estimate {
   int blocks = 0;      ///< blocks compared (CeilingLocalizer)
   int hypotheses = 0;  ///< places where the robot may be, while its pose is unknown
   std::vector<WeightedPose> places;  ///< these places, weights sum to 1 (CeilingLocalizer)
+  /// The image as it was matched (CeilingLocalizer); valid until the localizer's next frame.
+  std::optional<localization::SeenCeiling> seen = {};
   std::int64_t keyframe_id = -1;     ///< against which the frame was measured (CeilingMapper)
 
   [[nodiscard]] bool HasPose() const { return graph::HasPose(status); }

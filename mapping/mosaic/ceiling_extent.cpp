@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "mapping/mosaic/outlines.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::mosaic {
@@ -287,30 +288,11 @@ cv::Mat Decide(const Evidence& evidence, double height_cells) {
   return mask;
 }
 
-/// The outlines of a mask, through the centres of its outermost cells.
-store::LeftOut OutlinesOf(const cv::Mat& mask, const store::MosaicGrid& grid) {
+/// What a mask shows, as places left out.
+store::LeftOut PlacesOf(const cv::Mat& mask, const store::MosaicGrid& grid) {
   store::LeftOut result;
   result.area = cv::countNonZero(mask) * grid.resolution * grid.resolution;
-  std::vector<std::vector<cv::Point>> contours;
-  std::vector<cv::Vec4i> hierarchy;  // of each: next, previous, first hole, parent
-  cv::findContours(mask, contours, hierarchy, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
-  const auto ring = [&](int i) {
-    std::vector<cv::Point2d> points;
-    for (const cv::Point& at : contours[static_cast<std::size_t>(i)]) {
-      points.emplace_back(grid.min_x + (at.x + 0.5) * grid.resolution,
-                          grid.max_y - (at.y + 0.5) * grid.resolution);
-    }
-    return points;
-  };
-  for (int i = 0; i < static_cast<int>(contours.size()); ++i) {
-    const cv::Vec4i& links = hierarchy[static_cast<std::size_t>(i)];
-    if (links[3] >= 0 || contours[static_cast<std::size_t>(i)].size() < 3) continue;
-    std::vector<std::vector<cv::Point2d>> polygon{ring(i)};
-    for (int hole = links[2]; hole >= 0; hole = hierarchy[static_cast<std::size_t>(hole)][0]) {
-      polygon.push_back(ring(hole));
-    }
-    result.polygons.push_back(std::move(polygon));
-  }
+  result.polygons = OutlinesOf(mask, grid);
   return result;
 }
 
@@ -330,7 +312,7 @@ CeilingExtent::CeilingExtent(const std::vector<graph::Keyframe>& keyframes,
     return;
   }
   const cv::Mat left_out = (evidence.seen != 0) & ~mask;
-  if (cv::countNonZero(left_out) > 0) left_out_.push_back(OutlinesOf(left_out, grid_));
+  if (cv::countNonZero(left_out) > 0) left_out_.push_back(PlacesOf(left_out, grid_));
   cv::GaussianBlur(mask, inside_, {}, 1, 1, cv::BORDER_CONSTANT);
 }
 
@@ -351,7 +333,7 @@ void CeilingExtent::AddMoving(const std::vector<cv::Point2d>& places, double spa
       false,
       mask);
   if (cv::countNonZero(mask) == 0) return;
-  left_out_.push_back(OutlinesOf(mask, grid_));
+  left_out_.push_back(PlacesOf(mask, grid_));
   left_out_.back().kind = store::LeftOut::Kind::kMoves;
 }
 

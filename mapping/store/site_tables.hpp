@@ -5,7 +5,7 @@
 #include "mapping/survey/site_frame.hpp"
 
 /// The table of the map file with the control points of its alignment. Shared by MapWriter,
-/// MapReader and WriteSiteFrame. Internal, because it uses GDAL.
+/// MapReader and MapRevision. Internal, because it uses GDAL.
 namespace ceilmap::store::tables {
 
 /// Adds the layer with its columns; null when GDAL fails (the GdalScope has the reason).

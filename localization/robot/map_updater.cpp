@@ -1,0 +1,159 @@
+#include "localization/robot/map_updater.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "calib/base/error.hpp"
+#include "calib/base/field_check.hpp"
+#include "calib/base/stage_timer.hpp"
+#include "mapping/change/change_evidence.hpp"
+#include "mapping/change/change_regions.hpp"
+#include "mapping/change/history_update.hpp"
+#include "mapping/change/map_refresh.hpp"
+#include "mapping/change/view_comparison.hpp"
+#include "mapping/mosaic/height_map.hpp"
+#include "mapping/store/map_revision.hpp"
+
+namespace ceilmap::robot {
+namespace {
+
+mosaic::HeightMap HeightsOf(const store::MapReader& map, int threads) {
+  if (!map.HasHeights()) return {};
+  return {map.ReadKeyframes(), map.Metadata(), threads};
+}
+
+/// Whether a pose is exact enough for pixels to be compared.
+bool IsExact(const Estimate& estimate, const localization::SeenCeiling& seen) {
+  constexpr double kMaxSigmaPx = 2;
+  const Eigen::Matrix3d& covariance = estimate.pose.covariance;
+  const double half_diagonal = 0.5 * std::hypot(seen.grey.cols, seen.grey.rows);
+  return std::sqrt(covariance(0, 0) + covariance(1, 1)) < kMaxSigmaPx * seen.m_per_px &&
+         std::sqrt(covariance(2, 2)) * half_diagonal < kMaxSigmaPx;
+}
+
+}  // namespace
+
+void MapUpdaterOptions::Validate() const {
+  const FieldCheck require("map updater");
+  require(min_step > 0, "min_step", min_step, "> 0");
+  require(min_turn_rad > 0, "min_turn_rad", min_turn_rad, "> 0");
+  require(min_placed >= 0 && min_placed <= 1, "min_placed", min_placed, "in [0, 1]");
+  require(max_changed >= 0 && max_changed <= 1, "max_changed", max_changed, "in [0, 1]");
+  require(threads >= 0, "threads", threads, "at least 0");
+}
+
+struct MapUpdater::Impl {
+  Impl(const std::filesystem::path& map,
+       const std::filesystem::path& output,
+       const std::string& provenance,
+       const MapUpdaterOptions& update_options)
+      : options(update_options),
+        name(map),
+        revision(map, output, provenance),
+        heights(HeightsOf(revision.Map(), update_options.threads)),
+        comparer(revision.Map(), heights),
+        evidence(change::CellsOf(revision.Map().Grid())) {}
+
+  [[nodiscard]] bool IsDue(const localization::SeenCeiling& seen) const;
+  void CheckBelongs(const change::SessionOutcome& outcome) const;
+
+  MapUpdaterOptions options;
+  std::filesystem::path name;
+  store::MapRevision revision;
+  mosaic::HeightMap heights;
+  change::ViewComparer comparer;
+  change::ChangeEvidence evidence;
+  std::optional<Pose2> last;  // view that was compared last
+  std::int64_t frames = 0;
+  std::int64_t placed = 0;
+  MapUpdateReport report;
+};
+
+bool MapUpdater::Impl::IsDue(const localization::SeenCeiling& seen) const {
+  if (!last) return true;
+  const double shorter = std::min(seen.grey.cols, seen.grey.rows) * seen.m_per_px;
+  const double travel = (seen.T_map_view.Translation() - last->Translation()).norm();
+  return travel > options.min_step * shorter ||
+         std::abs(WrapAngle(seen.T_map_view.yaw - last->yaw)) > options.min_turn_rad;
+}
+
+/// A recording of another building must not change the map.
+void MapUpdater::Impl::CheckBelongs(const change::SessionOutcome& outcome) const {
+  const auto refuse = [&](const std::string& what) {
+    throw RunError(fmt::format(
+        "{}; the recording is not of the ceiling of {}, and nothing was changed",
+        what,
+        name.string()));
+  };
+  if (static_cast<double>(placed) < options.min_placed * static_cast<double>(frames)) {
+    refuse(fmt::format("only {} of {} frames were placed", placed, frames));
+  }
+  if (outcome.changed_area > options.max_changed * outcome.seen_area) {
+    refuse(fmt::format("{:.0f} % of what was seen differs",
+                       100 * outcome.changed_area / outcome.seen_area));
+  }
+}
+
+MapUpdater::MapUpdater(const std::filesystem::path& map,
+                       const std::filesystem::path& output,
+                       const std::string& provenance,
+                       const MapUpdaterOptions& options) {
+  options.Validate();
+  impl_ = std::make_unique<Impl>(map, output, provenance, options);
+  if (impl_->revision.Map().Grid().width_px == 0) {
+    throw InputError(map.string() + ": has no mosaic to compare a recording with");
+  }
+}
+MapUpdater::~MapUpdater() = default;
+
+void MapUpdater::Add(const Estimate& estimate) {
+  Impl& me = *impl_;
+  ++me.frames;
+  if (!estimate.HasPose()) return;
+  ++me.placed;
+  if (!estimate.seen || !IsExact(estimate, *estimate.seen) || !me.IsDue(*estimate.seen)) return;
+  const StageTimer timer(me.report.compare_ms);
+  const localization::SeenCeiling& seen = *estimate.seen;
+  const change::ViewComparison compared = me.comparer.Compare(
+      {seen.grey,
+       seen.mask,
+       mosaic::ViewPlacement(seen.T_map_view,
+                             seen.grey.size(),
+                             seen.m_per_px,
+                             {seen.principal_px.x(), seen.principal_px.y()}),
+       seen.m_per_px});
+  me.last = seen.T_map_view;
+  me.evidence.Add(compared);
+}
+
+MapUpdateReport MapUpdater::Finish(store::Session session) {
+  Impl& me = *impl_;
+  const StageTimer timer(me.report.refresh_ms);
+  session.frames = me.frames;
+  session.placed = me.placed;
+  const store::MapReader& map = me.revision.Map();
+  change::SessionOutcome outcome = change::DecideChanges(me.evidence,
+                                                         change::FindChanges(me.evidence),
+                                                         map.Grid(),
+                                                         map.ReadHistory(),
+                                                         std::move(session));
+  me.CheckBelongs(outcome);
+  me.report.views = me.evidence.Views();
+  me.report.confirmed = outcome.confirmed;
+  me.report.candidates = outcome.candidates;
+  me.report.session = outcome.history.sessions.back();
+  me.report.keyframes = change::RefreshMap(me.evidence,
+                                           outcome.fresh,
+                                           me.heights,
+                                           me.revision,
+                                           me.options.threads)
+                            .keyframes;
+  me.revision.SetHistory(outcome.history);
+  me.revision.Commit();
+  return me.report;
+}
+
+}  // namespace ceilmap::robot
