@@ -148,6 +148,7 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
                          commands::AddMatchCommand,
                          commands::AddSolveCommand,
                          commands::AddAlignCommand,
+                         commands::AddUpdateCommand,
                          commands::AddInfoCommand,
                          commands::AddExportCommand,
                          commands::AddRegisterCommand,

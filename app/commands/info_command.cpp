@@ -12,6 +12,7 @@
 #include "app/reports/alignment_report.hpp"
 #include "app/reports/bag_report.hpp"
 #include "app/reports/height_summary.hpp"
+#include "app/reports/history_report.hpp"
 #include "app/reports/map_quality.hpp"
 #include "app/reports/rig_drawing.hpp"
 #include "app/reports/rig_report.hpp"
@@ -33,6 +34,7 @@ struct InfoOptions {
   fs::path file;
   fs::path drawing;
   bool json = false;
+  bool changes = false;
 };
 
 // Metadata of a map, and counts of its content.
@@ -177,10 +179,31 @@ void PrintTable(const MapInfo& info) {
   fmt::print("{}", table.Format(terminal::Table::Numbers::kLeft));
 }
 
+/// What has happened to a map since it was made.
+void ReportChanges(const InfoOptions& params) {
+  const store::MapHistory history = store::MapReader(params.file).ReadHistory();
+  if (params.json) {
+    using Handler = ordered_json::error_handler_t;
+    fmt::print("{}\n", reports::ToJson(history).dump(2, ' ', false, Handler::replace));
+    return;
+  }
+  if (history.sessions.empty()) {
+    fmt::print("never updated; 'ceilmap update' compares a recording with the map\n");
+    return;
+  }
+  fmt::print("{}", reports::FormatPlain(reports::SessionsTable(history)));
+  if (history.changes.empty()) return;
+  fmt::print("\n{}", reports::FormatPlain(reports::ChangesTable(history.changes)));
+}
+
 void ReportMap(const InfoOptions& params, terminal::Summary& summary) {
   if (!params.drawing.empty()) {
     throw InputError(
         "--svg: is the drawing of a rig; give RIG.yaml, or 'export' a map as a picture");
+  }
+  if (params.changes) {
+    ReportChanges(params);
+    return;
   }
   const MapInfo info = Inspect(params.file);
   summary.frames = static_cast<std::int64_t>(info.poses);
@@ -252,6 +275,9 @@ Command AddInfoCommand(CLI::App& program) {
       ->required()
       ->type_name("MAP.gpkg|RIG.yaml|BAG");
   command.cli->add_flag("--json", params->json, "One JSON object instead of a table");
+  command.cli->add_flag("--changes",
+                        params->changes,
+                        "Of a map: its sessions, and what has changed ('ceilmap update')");
   command.cli
       ->add_option("--svg", params->drawing, "Drawing of the rig: axes, cameras, what they see")
       ->type_name("FILE.svg");

@@ -83,10 +83,10 @@ bool MapUpdater::Impl::IsDue(const localization::SeenCeiling& seen) const {
 /// A recording of another building must not change the map.
 void MapUpdater::Impl::CheckBelongs(const change::SessionOutcome& outcome) const {
   const auto refuse = [&](const std::string& what) {
-    throw RunError(fmt::format(
-        "{}; the recording is not of the ceiling of {}, and nothing was changed",
-        what,
-        name.string()));
+    throw RunError(
+        fmt::format("{}; the recording is not of the ceiling of {}, and nothing was changed",
+                    what,
+                    name.string()));
   };
   if (static_cast<double>(placed) < options.min_placed * static_cast<double>(frames)) {
     refuse(fmt::format("only {} of {} frames were placed", placed, frames));
@@ -117,14 +117,14 @@ void MapUpdater::Add(const Estimate& estimate) {
   if (!estimate.seen || !IsExact(estimate, *estimate.seen) || !me.IsDue(*estimate.seen)) return;
   const StageTimer timer(me.report.compare_ms);
   const localization::SeenCeiling& seen = *estimate.seen;
-  const change::ViewComparison compared = me.comparer.Compare(
-      {seen.grey,
-       seen.mask,
-       mosaic::ViewPlacement(seen.T_map_view,
-                             seen.grey.size(),
-                             seen.m_per_px,
-                             {seen.principal_px.x(), seen.principal_px.y()}),
-       seen.m_per_px});
+  const change::ViewComparison compared =
+      me.comparer.Compare({seen.grey,
+                           seen.mask,
+                           mosaic::ViewPlacement(seen.T_map_view,
+                                                 seen.grey.size(),
+                                                 seen.m_per_px,
+                                                 {seen.principal_px.x(), seen.principal_px.y()}),
+                           seen.m_per_px});
   me.last = seen.T_map_view;
   me.evidence.Add(compared);
 }
@@ -145,12 +145,9 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
   me.report.confirmed = outcome.confirmed;
   me.report.candidates = outcome.candidates;
   me.report.session = outcome.history.sessions.back();
-  me.report.keyframes = change::RefreshMap(me.evidence,
-                                           outcome.fresh,
-                                           me.heights,
-                                           me.revision,
-                                           me.options.threads)
-                            .keyframes;
+  me.report.keyframes =
+      change::RefreshMap(me.evidence, outcome.fresh, me.heights, me.revision, me.options.threads)
+          .keyframes;
   me.revision.SetHistory(outcome.history);
   me.revision.Commit();
   return me.report;

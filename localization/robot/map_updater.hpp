@@ -41,7 +41,8 @@ struct MapUpdateReport {
 /// result is locked against other writers.
 class MapUpdater {
  public:
-  /// @param output  The new map; may be the map itself. @param provenance  Added to that of the map.
+  /// @param output  The new map; may be the map itself. @param provenance  Added to that of the
+  /// map.
   /// @throws InputError as store::MapRevision, and for a map without a mosaic.
   MapUpdater(const std::filesystem::path& map,
              const std::filesystem::path& output,

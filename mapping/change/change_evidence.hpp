@@ -21,10 +21,10 @@ struct CellLook {
 
 /// What all images of a recording tell of a cell.
 struct CellEvidence {
-  int same = 0;     ///< images in which it is as the map shows it
-  int differ = 0;   ///< images in which it differs
-  int unclear = 0;  ///< images that show it, but do not tell
-  double difference = 0;  ///< sum of CellDifference::share over the images that differ
+  int same = 0;                 ///< images in which it is as the map shows it
+  int differ = 0;               ///< images in which it differs
+  int unclear = 0;              ///< images that show it, but do not tell
+  double difference = 0;        ///< sum of CellDifference::share over the images that differ
   std::vector<CellLook> looks;  ///< how it looked where it was not the same, most frequent first
 
   [[nodiscard]] int Views() const { return same + differ + unclear; }

@@ -56,8 +56,7 @@ class Decision {
   }
 
   void Add(const ChangedRegion& region) {
-    const bool sure =
-        region.kind == Change::Kind::kSurface || region.kind == Change::Kind::kLamp;
+    const bool sure = region.kind == Change::Kind::kSurface || region.kind == Change::Kind::kLamp;
     Change change;
     change.kind = region.kind;
     change.first_session = session_;
@@ -74,8 +73,8 @@ class Decision {
       if (region.kind == Change::Kind::kLight) change.id = earlier.id;
     }
     const bool is_light = region.kind == Change::Kind::kLight;
-    change.state = sure || is_light || before >= 0 ? Change::State::kConfirmed
-                                                   : Change::State::kCandidate;
+    change.state =
+        sure || is_light || before >= 0 ? Change::State::kConfirmed : Change::State::kCandidate;
     if (before >= 0) Remove(before);
     if (!is_light && change.state == Change::State::kConfirmed) Refresh(region);
     (change.state == Change::State::kConfirmed ? outcome_.confirmed : outcome_.candidates) +=
@@ -100,9 +99,8 @@ class Decision {
       }
       kept.push_back(std::move(change));
     }
-    std::sort(kept.begin(), kept.end(), [](const Change& a, const Change& b) {
-      return a.id < b.id;
-    });
+    std::sort(
+        kept.begin(), kept.end(), [](const Change& a, const Change& b) { return a.id < b.id; });
     outcome_.history.changes = std::move(kept);
   }
 

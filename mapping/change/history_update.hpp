@@ -13,8 +13,8 @@ struct SessionOutcome {
   store::MapHistory history;  ///< with the session and its changes
   /// Cells whose look in the recording the map is to show from now on.
   std::vector<cv::Point> fresh;
-  int confirmed = 0;   ///< changes that the map shows from now on
-  int candidates = 0;  ///< that wait for another session
+  int confirmed = 0;        ///< changes that the map shows from now on
+  int candidates = 0;       ///< that wait for another session
   double seen_area = 0;     ///< map units^2
   double changed_area = 0;  ///< confirmed in this session
 };

@@ -47,8 +47,8 @@ class FreshCells {
     for (const auto& [cell, look] : looks_) {
       const int x = cell.second * kCellPx / kTilePx * kTilePx;
       const int y = cell.first * kCellPx / kTilePx * kTilePx;
-      tiles[{y, x}] = cv::Rect(x, y, kTilePx, kTilePx) &
-                      cv::Rect(0, 0, grid.width_px, grid.height_px);
+      tiles[{y, x}] =
+          cv::Rect(x, y, kTilePx, kTilePx) & cv::Rect(0, 0, grid.width_px, grid.height_px);
     }
     std::vector<cv::Rect> windows;
     windows.reserve(tiles.size());
@@ -143,8 +143,7 @@ class KeyframeRefresher {
     fresh.grey.convertTo(grey, CV_32F);
     for (int row = 0; row < grey.rows; row += kStep) {
       for (int col = 0; col < grey.cols; col += kStep) {
-        const cv::Rect part =
-            cv::Rect(col, row, kStep, kStep) & cv::Rect({}, grey.size());
+        const cv::Rect part = cv::Rect(col, row, kStep, kStep) & cv::Rect({}, grey.size());
         const double gain = std::exp(old.fit.LogRatio(
             {window.x + part.x + 0.5 * part.width, window.y + part.y + 0.5 * part.height}));
         grey(part) *= gain;
@@ -162,8 +161,7 @@ class KeyframeRefresher {
     cv::Mat drawn;
     cv::Mat weight;
     const int warp = cv::WARP_INVERSE_MAP;
-    cv::warpAffine(
-        grey, drawn, affine, image.size(), cv::INTER_CUBIC | warp, cv::BORDER_REPLICATE);
+    cv::warpAffine(grey, drawn, affine, image.size(), cv::INTER_CUBIC | warp, cv::BORDER_REPLICATE);
     cv::warpAffine(fresh.weight,
                    weight,
                    affine,
@@ -175,8 +173,8 @@ class KeyframeRefresher {
     Blend(drawn, weight, image);
     // The borders of an image that was drawn level would be taken for features of the ceiling.
     const bool level = keyframe.pose.tilt.IsLevel();
-    descriptors = describer_.Describe(
-        level ? image : cv::Mat(image.size(), CV_8UC1, cv::Scalar(0)));
+    descriptors =
+        describer_.Describe(level ? image : cv::Mat(image.size(), CV_8UC1, cv::Scalar(0)));
     return true;
   }
 
@@ -185,11 +183,10 @@ class KeyframeRefresher {
 
   static cv::Rect WindowOf(const cv::Rect2d& box, const store::MosaicGrid& grid) {
     constexpr int kMargin = 2;
-    const cv::Rect window(
-        cv::Point(cvFloor((box.x - grid.min_x) / grid.resolution) - kMargin,
-                  cvFloor((grid.max_y - box.br().y) / grid.resolution) - kMargin),
-        cv::Point(cvCeil((box.br().x - grid.min_x) / grid.resolution) + kMargin,
-                  cvCeil((grid.max_y - box.y) / grid.resolution) + kMargin));
+    const cv::Rect window(cv::Point(cvFloor((box.x - grid.min_x) / grid.resolution) - kMargin,
+                                    cvFloor((grid.max_y - box.br().y) / grid.resolution) - kMargin),
+                          cv::Point(cvCeil((box.br().x - grid.min_x) / grid.resolution) + kMargin,
+                                    cvCeil((grid.max_y - box.y) / grid.resolution) + kMargin));
     return window & cv::Rect(0, 0, grid.width_px, grid.height_px);
   }
 
@@ -231,8 +228,8 @@ RefreshReport RefreshMap(const ChangeEvidence& evidence,
   const store::MapReader& map = revision.Map();
   const std::vector<graph::Keyframe> keyframes = map.ReadKeyframes();
   const std::vector<mosaic::ViewPlacement> views = mosaic::PlaceViews(keyframes, map.Metadata());
-  const int workers = std::max(
-      1, threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
+  const int workers =
+      std::max(1, threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
   std::mutex writing;
   std::atomic<std::size_t> next = 0;
   ParallelFor(workers, workers, [&](int /*worker*/) {

@@ -185,9 +185,9 @@ ViewComparison ViewComparer::Compare(const PlacedView& view) {
   for (int row = 0; row < result.cells.height; ++row) {
     for (int col = 0; col < result.cells.width; ++col) {
       Judge(cell_at(col, row), {col, row}, noise, result);
-      const cv::Point2d at = view.placement.ToPixel(
-          grid.min_x + (window.x + (col + 0.5) * kCellPx) * grid.resolution,
-          grid.max_y - (window.y + (row + 0.5) * kCellPx) * grid.resolution);
+      const cv::Point2d at =
+          view.placement.ToPixel(grid.min_x + (window.x + (col + 0.5) * kCellPx) * grid.resolution,
+                                 grid.max_y - (window.y + (row + 0.5) * kCellPx) * grid.resolution);
       const double to_border = std::min(std::min(at.x, view.grey.cols - 1 - at.x),
                                         std::min(at.y, view.grey.rows - 1 - at.y));
       result.weights.ptr<float>(row)[col] =

@@ -54,12 +54,12 @@ class ViewComparer {
 
   const store::MapReader& map_;
   const mosaic::HeightMap& heights_;
-  cv::Mat seen_;        // drawn over the window
-  cv::Mat valid_;       // 255 where image and map have content
-  cv::Mat stored_;      // the map
-  cv::Mat smooth_a_;    // of the map, CV_32FC1
-  cv::Mat smooth_b_;    // of the image, CV_32FC1; after LevelBy as bright as the map
-  cv::Mat gains_;       // CV_32FC1, image / map, one for each cell
+  cv::Mat seen_;      // drawn over the window
+  cv::Mat valid_;     // 255 where image and map have content
+  cv::Mat stored_;    // the map
+  cv::Mat smooth_a_;  // of the map, CV_32FC1
+  cv::Mat smooth_b_;  // of the image, CV_32FC1; after LevelBy as bright as the map
+  cv::Mat gains_;     // CV_32FC1, image / map, one for each cell
 };
 
 }  // namespace ceilmap::change

@@ -1,0 +1,102 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "app/commands/commands.hpp"
+#include "app/commands/localize_files.hpp"
+#include "app/commands/localize_run.hpp"
+#include "app/files/output_files.hpp"
+#include "app/reports/history_report.hpp"
+#include "calib/base/error.hpp"
+#include "calib/base/result_date.hpp"
+#include "calib/level_view.hpp"
+#include "localization/robot/map_updater.hpp"
+
+namespace fs = std::filesystem;
+
+namespace ceilmap::commands {
+namespace {
+
+struct UpdateOptions {
+  LocalizeInputs inputs;
+  fs::path output;
+  fs::path trajectory;
+
+  [[nodiscard]] fs::path Result() const { return output.empty() ? inputs.map : output; }
+  void Check(files::Existing existing) const;
+};
+
+void UpdateOptions::Check(files::Existing existing) const {
+  inputs.Check();
+  if (!inputs.sensors.uncompensated.empty()) {
+    throw InputError("--uncompensated: is a result of 'ceilmap localize'; leave it out");
+  }
+  const fs::path rig_out = inputs.sensors.wheels.rig_out;
+  inputs.CheckOutputs({trajectory, rig_out});
+  // Without --output the map itself is changed.
+  files::CheckOutputFiles(
+      {Result(), trajectory, rig_out}, existing, output.empty() ? inputs.map : fs::path());
+}
+
+void RunUpdate(UpdateOptions options, const CommonOptions& common, terminal::Summary& summary) {
+  LocalizeInputs& inputs = options.inputs;
+  inputs.sensors.TakeBag(inputs.bags, inputs.up);
+  options.Check(common.Existing());
+  robot::MapUpdater updater(inputs.map, options.Result(), common.command_line);
+  LocalizeRun run(inputs, std::nullopt, summary);
+  LocalizeFiles poses({.trajectory = options.trajectory}, calib::LevelView(run.Localizer().View()));
+  run.Locate([&](const robot::Estimate& estimate) {
+    poses.Add(estimate);
+    updater.Add(estimate);
+  });
+  const reports::LocalizeResult result = run.Result();
+  run.PrintSourceWarnings(result);
+  if (result.Placed() == 0) run.ReportNothingFound(result);
+  store::Session session;
+  session.date = ResultDate();
+  session.source = fs::path(inputs.up).filename().string();
+  session.robot = run.Rig().robot;
+  session.program_version = CEILMAP_VERSION;
+  const robot::MapUpdateReport report = updater.Finish(session);
+  summary.files.push_back(options.Result());
+  if (!options.trajectory.empty()) poses.Commit(summary);
+  inputs.sensors.wheels.WriteRig(run.Rig(), result.sensors.report.wheels, summary);
+  run.PrintWarnings(result);
+  reports::Summarize(result, summary);
+  summary.quality["update"] = reports::ToJson(report);
+  if (common.quiet) return;
+  terminal::Table facts = reports::FactsOf(report);
+  fmt::print("{}", facts.Format(terminal::Table::Numbers::kLeft));
+  for (const fs::path& file : summary.files) fmt::print("written {}\n", file.string());
+}
+
+}  // namespace
+
+Command AddUpdateCommand(CLI::App& program) {
+  Command command =
+      MakeCommand(program,
+                  "update",
+                  "Renews a map where the ceiling has changed, by the recording of a robot that "
+                  "drives on it; its frame does not move.",
+                  "ceilmap update hall.gpkg --rig rig.yaml --up up.mp4 --stamps frames.csv\n"
+                  "  ceilmap update hall.gpkg --up monday.mcap --up-topic /up/image_raw -o "
+                  "monday.gpkg\n"
+                  "'ceilmap info --changes MAP' lists what has changed.");
+  auto options = std::make_shared<UpdateOptions>();
+  CLI::App& cli = *command.cli;
+  options->inputs.AddTo(cli, "the map");
+  cli.add_option("-o,--output", options->output, "The renewed map [the map itself]")
+      ->type_name("NEW.gpkg")
+      ->group(LocalizeInputs::kResult);
+  cli.add_option("--trajectory", options->trajectory, "Poses of all frames found; T.mcap: a bag")
+      ->type_name("T.tum")
+      ->group(LocalizeInputs::kResult);
+  command.run = [options](const CommonOptions& common, terminal::Summary& summary) {
+    RunUpdate(*options, common, summary);
+  };
+  return command;
+}
+
+}  // namespace ceilmap::commands

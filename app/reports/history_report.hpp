@@ -1,0 +1,24 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "app/reports/report_table.hpp"
+#include "app/terminal/table.hpp"
+#include "localization/robot/map_updater.hpp"
+#include "mapping/store/map_history.hpp"
+
+namespace ceilmap::reports {
+
+/// What an update found and did.
+terminal::Table FactsOf(const robot::MapUpdateReport& report);
+nlohmann::ordered_json ToJson(const robot::MapUpdateReport& report);
+
+/// The recordings of a map, a row each.
+ReportTable SessionsTable(const store::MapHistory& history);
+/// What has changed, a row each.
+ReportTable ChangesTable(const std::vector<store::Change>& changes);
+nlohmann::ordered_json ToJson(const store::MapHistory& history);
+nlohmann::ordered_json ToJson(const store::Change& change);
+
+}  // namespace ceilmap::reports
