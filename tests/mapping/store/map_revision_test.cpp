@@ -1,4 +1,4 @@
-#include "mapping/store/site_update.hpp"
+#include "mapping/store/map_revision.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -61,15 +61,43 @@ void ExpectEqual(const survey::SiteFrame& a, const survey::SiteFrame& b) {
   }
 }
 
-class SiteUpdate : public testing::Test {
+void WriteSite(const std::filesystem::path& map,
+               const std::filesystem::path& output,
+               const survey::SiteFrame& site,
+               const std::string& provenance) {
+  MapRevision revision(map, output, provenance);
+  revision.SetSiteFrame(site);
+  revision.Commit();
+}
+
+MapHistory ExampleHistory() {
+  MapHistory history;
+  history.sessions.push_back({1, "2026-11-28T08:00:00Z", "up.mp4", "robot \"1\"", "0.2", 100, 98});
+  history.sessions.push_back({2, "", "", "", "0.2", 3, 2, true, 1.0 / 3, 2.0 / 7});
+  Change change;
+  change.id = 4;
+  change.kind = Change::Kind::kLamp;
+  change.state = Change::State::kReplaced;
+  change.first_session = 1;
+  change.last_session = 2;
+  change.frames = 12;
+  change.difference = 1.0 / 3;
+  change.area = 0.7;
+  change.polygons = {{{{0, 0}, {1, 0}, {1, 1.0 / 3}}, {{0.2, 0.1}, {0.3, 0.1}, {0.3, 0.2}}},
+                     {{{5, 5}, {6, 5}, {6, 6}}}};
+  history.changes.push_back(change);
+  return history;
+}
+
+class MapRevisionTest : public testing::Test {
  protected:
   void SetUp() override { synthetic::SmallMap().Write(folder_ / "map.gpkg"); }
 
   support::TempFolder folder_;
 };
 
-TEST_F(SiteUpdate, IsReadBackToTheLastBit) {
-  WriteSiteFrame(folder_ / "map.gpkg", folder_ / "out.gpkg", ExampleSite(), "ceilmap align");
+TEST_F(MapRevisionTest, ASiteIsReadBackToTheLastBit) {
+  WriteSite(folder_ / "map.gpkg", folder_ / "out.gpkg", ExampleSite(), "ceilmap align");
   const MapReader map(folder_ / "out.gpkg");
   ASSERT_TRUE(map.Metadata().site);
   ExpectEqual(*map.Metadata().site, ExampleSite());
@@ -77,9 +105,9 @@ TEST_F(SiteUpdate, IsReadBackToTheLastBit) {
   EXPECT_FALSE(MapReader(folder_ / "map.gpkg").Metadata().site);
 }
 
-TEST_F(SiteUpdate, LeavesTheRestOfTheMap) {
+TEST_F(MapRevisionTest, LeavesTheRestOfTheMap) {
   const MapReader before(folder_ / "map.gpkg");
-  WriteSiteFrame(folder_ / "map.gpkg", folder_ / "out.gpkg", ExampleSite(), "");
+  WriteSite(folder_ / "map.gpkg", folder_ / "out.gpkg", ExampleSite(), "");
   const MapReader after(folder_ / "out.gpkg");
   const graph::MapGraph a = before.ReadGraph();
   const graph::MapGraph b = after.ReadGraph();
@@ -96,14 +124,14 @@ TEST_F(SiteUpdate, LeavesTheRestOfTheMap) {
   EXPECT_EQ(before.Grid().width_px, after.Grid().width_px);
 }
 
-TEST_F(SiteUpdate, ReplacesAnEarlierAlignmentInPlace) {
+TEST_F(MapRevisionTest, ReplacesAnEarlierAlignmentInPlace) {
   const auto map = folder_ / "map.gpkg";
-  WriteSiteFrame(map, map, ExampleSite(), "first");
+  WriteSite(map, map, ExampleSite(), "first");
   survey::SiteFrame second = ExampleSite();
   second.crs_wkt.clear();
   second.S_site_map.scale = 1;
   second.points.pop_back();
-  WriteSiteFrame(map, map, second, "second");
+  WriteSite(map, map, second, "second");
   ExpectEqual(*MapReader(map).Metadata().site, second);
   int files = 0;
   for (const auto& entry :
@@ -113,11 +141,99 @@ TEST_F(SiteUpdate, ReplacesAnEarlierAlignmentInPlace) {
   EXPECT_EQ(files, 1) << "no partial files and journals";
 }
 
-TEST_F(SiteUpdate, AMapWrittenWithASiteHasIt) {
+TEST_F(MapRevisionTest, AMapWrittenWithASiteHasIt) {
   synthetic::SmallMap map;
   map.metadata.site = ExampleSite();
   map.Write(folder_ / "whole.gpkg");
   ExpectEqual(*MapReader(folder_ / "whole.gpkg").Metadata().site, ExampleSite());
+}
+
+TEST_F(MapRevisionTest, HistoryIsReadBackToTheLastBit) {
+  const auto file = folder_ / "map.gpkg";
+  EXPECT_TRUE(MapReader(file).ReadHistory().sessions.empty());
+  for (int time = 0; time < 2; ++time) {  // the second replaces the first
+    MapRevision revision(file, file, "update");
+    revision.SetHistory(ExampleHistory());
+    revision.Commit();
+  }
+  const MapHistory expected = ExampleHistory();
+  const MapHistory history = MapReader(file).ReadHistory();
+  ASSERT_EQ(history.sessions.size(), 2U);
+  EXPECT_EQ(history.sessions[0].robot, expected.sessions[0].robot);
+  EXPECT_EQ(history.sessions[0].placed, 98);
+  EXPECT_FALSE(history.sessions[0].other_light);
+  EXPECT_EQ(history.sessions[1].source, "");
+  EXPECT_TRUE(history.sessions[1].other_light);
+  EXPECT_EQ(history.sessions[1].seen_area, 1.0 / 3);
+  EXPECT_EQ(history.sessions[1].changed_area, 2.0 / 7);
+  ASSERT_EQ(history.changes.size(), 1U);
+  const Change& change = history.changes[0];
+  EXPECT_EQ(change.id, 4);
+  EXPECT_EQ(change.kind, Change::Kind::kLamp);
+  EXPECT_EQ(change.state, Change::State::kReplaced);
+  EXPECT_EQ(change.last_session, 2);
+  EXPECT_EQ(change.difference, 1.0 / 3);
+  EXPECT_EQ(change.polygons, expected.changes[0].polygons);
+}
+
+TEST_F(MapRevisionTest, AWindowOfTheMosaicAndItsPyramid) {
+  const auto file = folder_ / "map.gpkg";
+  const cv::Rect window(250, 100, 201, 77);
+  const cv::Mat fresh = synthetic::Image(9, window.size());
+  {
+    MapRevision revision(file, file, "update");
+    revision.WriteMosaic(window, fresh, cv::Mat(window.size(), CV_8UC1, cv::Scalar(255)));
+    EXPECT_THROW(revision.WriteMosaic({690, 0, 20, 20}, fresh, fresh), InputError);
+    revision.Commit();
+  }
+  const MapReader map(file);
+  cv::Mat grey;
+  cv::Mat alpha;
+  map.ReadMosaic(window, grey, alpha);
+  EXPECT_TRUE(synthetic::Same(grey, fresh));
+  map.ReadMosaic({0, 0, synthetic::kGrid.width_px, synthetic::kGrid.height_px}, grey, alpha);
+  for (int row = 0; row < grey.rows; ++row) {
+    for (int col = 0; col < grey.cols; ++col) {
+      if (alpha.at<unsigned char>(row, col) == 0 || window.contains({col, row})) continue;
+      ASSERT_EQ(grey.at<unsigned char>(row, col), synthetic::Grey(col, row));
+    }
+  }
+  // Each pixel of the overview is the mean of 4 x 4 pixels of the new mosaic.
+  cv::Mat overview;
+  cv::Mat seen;
+  const MosaicGrid small = map.ReadOverview(200, overview, seen);
+  ASSERT_EQ(small.width_px, synthetic::kGrid.width_px / 4);
+  for (int row = 3; row < overview.rows; ++row) {
+    for (int col = 6; col < overview.cols; ++col) {
+      const double mean = cv::mean(grey(cv::Rect(4 * col, 4 * row, 4, 4)))[0];
+      ASSERT_NEAR(overview.at<unsigned char>(row, col), mean, 1.1) << col << " " << row;
+    }
+  }
+}
+
+TEST_F(MapRevisionTest, AnImageIsReplacedWithItsDescriptors) {
+  const auto file = folder_ / "map.gpkg";
+  const std::int64_t id = MapReader(file).ReadKeyframes().front().id;
+  const cv::Mat image = synthetic::Image(77, {64, 48});
+  const cv::Mat descriptors(3, 66, CV_32FC1, cv::Scalar(0.25));
+  {
+    MapRevision revision(file, folder_ / "new.gpkg", "update");
+    EXPECT_THROW(revision.ReplaceImage(id, image(cv::Rect(0, 0, 5, 5)), descriptors), InputError);
+    revision.ReplaceImage(id, image, descriptors);
+    revision.Commit();
+  }
+  EXPECT_TRUE(synthetic::Same(MapReader(folder_ / "new.gpkg").ReadImage(id), image));
+  EXPECT_TRUE(synthetic::Same(MapReader(folder_ / "new.gpkg").ReadDescriptors(id), descriptors));
+  EXPECT_FALSE(synthetic::Same(MapReader(file).ReadImage(id), image));
+}
+
+TEST_F(MapRevisionTest, OthersCannotWriteTheMapMeanwhile) {
+  const auto file = folder_ / "map.gpkg";
+  MapRevision first(file, file, "first");
+  EXPECT_THROW(MapRevision(file, file, "second"), InputError);
+  std::filesystem::copy_file(file, folder_ / "other.gpkg");
+  std::filesystem::rename(folder_ / "other.gpkg", file);  // by a program without locks
+  EXPECT_THAT([&] { first.Commit(); }, ThrowsMessage<InputError>(HasSubstr("map.gpkg")));
 }
 
 TEST(Crs, KnowsCodesAndRefusesDegreesAndFeet) {
