@@ -46,7 +46,9 @@ void RunUpdate(UpdateOptions options, const CommonOptions& common, terminal::Sum
   options.Check(common.Existing());
   robot::MapUpdater updater(inputs.map, options.Result(), common.command_line);
   LocalizeRun run(inputs, std::nullopt, summary);
-  LocalizeFiles poses({.trajectory = options.trajectory}, calib::LevelView(run.Localizer().View()));
+  LocalizeOutputs outputs;
+  outputs.trajectory = options.trajectory;
+  LocalizeFiles poses(outputs, calib::LevelView(run.Localizer().View()));
   run.Locate([&](const robot::Estimate& estimate) {
     poses.Add(estimate);
     updater.Add(estimate);

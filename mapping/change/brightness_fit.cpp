@@ -23,7 +23,9 @@ BrightnessFit::BrightnessFit(const std::vector<Sample>& samples, const cv::Rect2
   for (const Sample& sample : samples) values.push_back(sample.log_ratio);
   weights_[0] = Median(values);
   if (samples.size() < kMinSamples) return;
-  constexpr int kIterations = 6;
+  // Least absolute deviations lead close enough for Tukey's weights, which forget what deviates.
+  constexpr int kAbsoluteIterations = 8;
+  constexpr int kIterations = 13;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     for (std::size_t i = 0; i < samples.size(); ++i) {
       values[i] = std::abs(samples[i].log_ratio - LogRatio(samples[i].at));
@@ -34,9 +36,11 @@ BrightnessFit::BrightnessFit(const std::vector<Sample>& samples, const cv::Rect2
     Eigen::Matrix<double, 6, 6> normal = 1e-3 * Eigen::Matrix<double, 6, 6>::Identity();
     Terms right = Terms::Zero();
     for (const Sample& sample : samples) {
-      const double deviation = (sample.log_ratio - LogRatio(sample.at)) / limit;
-      if (std::abs(deviation) >= 1) continue;
-      const double weight = std::pow(1 - deviation * deviation, 2);
+      const double deviation = std::abs(sample.log_ratio - LogRatio(sample.at));
+      const bool absolute = iteration < kAbsoluteIterations;
+      if (!absolute && deviation >= limit) continue;
+      const double weight = absolute ? kMinSigma / std::max(deviation, kMinSigma)
+                                     : std::pow(1 - std::pow(deviation / limit, 2), 2);
       const Terms terms = TermsAt(sample.at);
       normal += weight * terms * terms.transpose();
       right += weight * sample.log_ratio * terms;

@@ -9,8 +9,6 @@ namespace {
 
 using namespace synthetic;
 
-const cv::Rect kAll{0, 0, 20, 20};
-
 TEST(ChangeEvidence, ImagesThatAgreeOnAnotherLookAreAChange) {
   ChangeEvidence evidence(kAll);
   AddChangedViews(evidence, {2, 3, 5, 5}, {4, 4, 1, 1}, CellState::kTexture, 3);

@@ -13,9 +13,6 @@ namespace {
 using namespace synthetic;
 using Kind = store::Change::Kind;
 
-const cv::Rect kAll{0, 0, 40, 40};
-const store::MosaicGrid kGrid{-3.1, 7.4, 0.01, 650, 643};
-
 std::vector<ChangedRegion> RegionsOf(const cv::Rect& changed, CellState state) {
   ChangeEvidence evidence(kAll);
   AddChangedViews(evidence, {5, 5, 20, 20}, changed, state, 3);

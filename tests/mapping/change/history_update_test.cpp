@@ -11,10 +11,8 @@ using namespace synthetic;
 using Kind = store::Change::Kind;
 using State = store::Change::State;
 
-const cv::Rect kAll{0, 0, 40, 40};
 const cv::Rect kShown{5, 5, 20, 20};
 const cv::Rect kPlace{8, 9, 4, 3};
-const store::MosaicGrid kGrid{-3.1, 7.4, 0.01, 650, 643};
 
 /// A session in which a place looks otherwise.
 SessionOutcome Session(const store::MapHistory& history, const cv::Rect& changed, CellState state) {

@@ -7,6 +7,10 @@
 /// Comparisons of made images with a map, cell by cell.
 namespace ceilmap::change::synthetic {
 
+/// The cells of a map, and its mosaic.
+inline const cv::Rect kAll{0, 0, 40, 40};
+inline const store::MosaicGrid kGrid{-3.1, 7.4, 0.01, 650, 643};
+
 /// What one cell shows.
 inline cv::Mat Patch(std::uint64_t seed, double mean = 120, double contrast = 10) {
   cv::Mat patch(kCellPx, kCellPx, CV_32FC1);
