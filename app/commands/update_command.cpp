@@ -23,6 +23,7 @@ struct UpdateOptions {
   LocalizeInputs inputs;
   fs::path output;
   fs::path trajectory;
+  robot::MapUpdaterOptions updater;
 
   [[nodiscard]] fs::path Result() const { return output.empty() ? inputs.map : output; }
   void Check(files::Existing existing) const;
@@ -44,7 +45,7 @@ void RunUpdate(UpdateOptions options, const CommonOptions& common, terminal::Sum
   LocalizeInputs& inputs = options.inputs;
   inputs.sensors.TakeBag(inputs.bags, inputs.up);
   options.Check(common.Existing());
-  robot::MapUpdater updater(inputs.map, options.Result(), common.command_line);
+  robot::MapUpdater updater(inputs.map, options.Result(), common.command_line, options.updater);
   LocalizeRun run(inputs, std::nullopt, summary);
   LocalizeOutputs outputs;
   outputs.trajectory = options.trajectory;
@@ -94,6 +95,11 @@ Command AddUpdateCommand(CLI::App& program) {
       ->group(LocalizeInputs::kResult);
   cli.add_option("--trajectory", options->trajectory, "Poses of all frames found; T.mcap: a bag")
       ->type_name("T.tum")
+      ->group(LocalizeInputs::kResult);
+  cli.add_flag("--at-once",
+               options->updater.at_once,
+               "Renew the map by this recording alone; otherwise a second one must confirm a "
+               "change, because sun patches and parked things do not stay")
       ->group(LocalizeInputs::kResult);
   command.run = [options](const CommonOptions& common, terminal::Summary& summary) {
     RunUpdate(*options, common, summary);

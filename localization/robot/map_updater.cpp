@@ -91,9 +91,9 @@ void MapUpdater::Impl::CheckBelongs(const change::SessionOutcome& outcome) const
   if (static_cast<double>(placed) < options.min_placed * static_cast<double>(frames)) {
     refuse(fmt::format("only {} of {} frames were placed", placed, frames));
   }
-  if (outcome.changed_area > options.max_changed * outcome.seen_area) {
-    refuse(fmt::format("{:.0f} % of what was seen differs",
-                       100 * outcome.changed_area / outcome.seen_area));
+  const double differs = outcome.changed_area + outcome.candidate_area;
+  if (differs > options.max_changed * outcome.seen_area) {
+    refuse(fmt::format("{:.0f} % of what was seen differs", 100 * differs / outcome.seen_area));
   }
 }
 
@@ -131,7 +131,7 @@ void MapUpdater::Add(const Estimate& estimate) {
 
 MapUpdateReport MapUpdater::Finish(store::Session session) {
   Impl& me = *impl_;
-  const StageTimer timer(me.report.refresh_ms);
+  std::optional<StageTimer> timer(std::in_place, me.report.refresh_ms);
   session.frames = me.frames;
   session.placed = me.placed;
   const store::MapReader& map = me.revision.Map();
@@ -139,7 +139,8 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
                                                          change::FindChanges(me.evidence),
                                                          map.Grid(),
                                                          map.ReadHistory(),
-                                                         std::move(session));
+                                                         std::move(session),
+                                                         me.options.at_once);
   me.CheckBelongs(outcome);
   me.report.views = me.evidence.Views();
   me.report.confirmed = outcome.confirmed;
@@ -150,6 +151,7 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
           .keyframes;
   me.revision.SetHistory(outcome.history);
   me.revision.Commit();
+  timer.reset();
   return me.report;
 }
 

@@ -13,13 +13,16 @@ namespace ceilmap::robot {
 struct MapUpdaterOptions {
   /// Images are compared with the map after this part of the shorter side of the view in travel, or
   /// this turn: images from almost one place confirm nothing. > 0.
-  double min_step = 0.15;
+  double min_step = 0.25;
   double min_turn_rad = 0.35;
   /// A recording of which a smaller share of frames has a pose is refused: it is of another
   /// building, or of another part of it.
   double min_placed = 0.5;
   /// One of which a larger share of the area seen differs is refused too.
   double max_changed = 0.5;
+  /// Renew the map by a single session. Otherwise a second one must see a change too: sun patches
+  /// and what is parked below the ceiling do not stay.
+  bool at_once = false;
   int threads = 0;  ///< 0: as many as the machine has cores
 
   void Validate() const;  ///< throws InputError naming field, value and range

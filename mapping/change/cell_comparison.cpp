@@ -6,11 +6,8 @@
 namespace ceilmap::change {
 namespace {
 
-// Texture: below the first share the looks are the same, above the second one others.
-constexpr double kSameShare = 0.35;
-constexpr double kOtherShare = 0.6;
-// Brightness, log: uneven light stays below the first, another surface exceeds the second.
-constexpr double kSameBrightness = 0.08;
+// Brightness, log: noise and uneven light stay below the first, another surface exceeds the second.
+constexpr double kSameBrightness = 0.012;
 constexpr double kOtherBrightness = 0.16;
 // Contrast of texture relative to the mean, that uneven light does not have.
 constexpr double kMinContrast = 0.012;
@@ -44,33 +41,37 @@ CellSums SumsOver(const cv::Mat& a, const cv::Mat& b) {
   return sums;
 }
 
-CellDifference Compare(const CellSums& sums, double noise) {
-  const double mean_a = sums.MeanA();
-  const double mean_b = sums.MeanB();
-  const double var_a = std::max(0.0, sums.aa / sums.pixels - mean_a * mean_a);
-  const double var_b = std::max(0.0, sums.bb / sums.pixels - mean_b * mean_b);
-  const double cov = sums.ab / sums.pixels - mean_a * mean_b;
-  CellDifference difference;
-  difference.log_ratio = std::log(std::max(mean_b, 1.0) / std::max(mean_a, 1.0));
-  const double signal = var_a + var_b - noise;
-  const double contrast = kMinContrast * std::max(mean_a, mean_b);
-  difference.textured = signal > std::max(2 * contrast * contrast, noise);
-  if (signal > 0) {
-    difference.share = std::clamp((var_a + var_b - 2 * cov - noise) / signal, 0.0, 1.0);
-  }
-  return difference;
+double CellDifference::Share() const {
+  return signal > 0 ? std::clamp(other / signal, 0.0, 1.0) : 0;
 }
 
-CellState StateOf(const CellDifference& difference) {
+CellDifference Compare(const CellSums& sums, double noise) {
+  const double mean_a = std::max(sums.MeanA(), 1.0);
+  const double mean_b = std::max(sums.MeanB(), 1.0);
+  const double gain = mean_a / mean_b;
+  const double var_a = std::max(0.0, sums.aa / sums.pixels - sums.MeanA() * sums.MeanA());
+  const double var_b =
+      gain * gain * std::max(0.0, sums.bb / sums.pixels - sums.MeanB() * sums.MeanB());
+  const double cov = gain * (sums.ab / sums.pixels - sums.MeanA() * sums.MeanB());
+  return {-std::log(gain), var_a + var_b - noise, var_a + var_b - 2 * cov - noise};
+}
+
+bool IsTextured(const CellDifference& difference, double mean, double noise) {
+  const double contrast = kMinContrast * mean;
+  return difference.signal > std::max(2 * contrast * contrast, 2 * noise);
+}
+
+CellState StateOf(const CellDifference& difference, double mean, double noise) {
   const double brightness = std::abs(difference.log_ratio);
-  if (difference.textured) {
-    if (difference.share > kOtherShare) return CellState::kTexture;
+  if (IsTextured(difference, mean, noise)) {
+    if (difference.Share() > kOtherShare) return CellState::kTexture;
     // The same texture in another brightness is a shadow or a sun patch.
-    return difference.share < kSameShare && brightness < kOtherBrightness ? CellState::kSame
-                                                                          : CellState::kUnclear;
+    return difference.Share() < kSameShare && brightness < kOtherBrightness ? CellState::kSame
+                                                                            : CellState::kUnclear;
   }
   if (brightness > kOtherBrightness) return CellState::kBrightness;
-  return brightness < kSameBrightness ? CellState::kSame : CellState::kUnclear;
+  return brightness < kSameBrightness && difference.other < noise ? CellState::kSame
+                                                                  : CellState::kUnclear;
 }
 
 }  // namespace ceilmap::change

@@ -34,18 +34,29 @@ struct CellSums {
 /// @param a, b  CV_32FC1 of one size.
 CellSums SumsOver(const cv::Mat& a, const cv::Mat& b);
 
-/// Two looks at a cell compared.
+/// Two looks at a cell compared. Their brightness and their textures are compared apart: b is first
+/// made as bright as a, so that a shadow or a sun patch does not change the texture.
 struct CellDifference {
-  /// Of the variance that is no noise, what the two do not have in common: 0 the same, 1 nothing in
-  /// common.
-  double share = 0;
-  bool textured = false;  ///< there is more variance than noise and uneven light explain
-  double log_ratio = 0;   ///< log(b / a) of the means
+  double log_ratio = 0;  ///< log(b / a) of the means
+  double signal = 0;     ///< sum of both variances, without noise; grey levels squared
+  double other = 0;      ///< of the signal, what the two do not have in common
+
+  /// other / signal: 0 the same, 1 nothing in common; 0 where there is no signal.
+  [[nodiscard]] double Share() const;
 };
 /// @param noise  sum of the variances of the noise of both.
 CellDifference Compare(const CellSums& sums, double noise);
 
-/// The state of a cell that no lamp lights in the two images.
-CellState StateOf(const CellDifference& difference);
+/// Whether a single image tells whether the texture is another.
+/// @param mean  grey level. @param noise  as in Compare.
+bool IsTextured(const CellDifference& difference, double mean, double noise);
+
+/// The state of a cell that no lamp lights in the two images. Another texture or brightness that is
+/// too weak for one image is kUnclear; the mean over many may tell (CellEvidence).
+CellState StateOf(const CellDifference& difference, double mean, double noise);
+
+// Texture: below the first share the looks are the same, above the second one others.
+inline constexpr double kSameShare = 0.35;
+inline constexpr double kOtherShare = 0.6;
 
 }  // namespace ceilmap::change

@@ -27,7 +27,18 @@ bool Agree(const CellLook& look, const cv::Mat& patch, double noise) {
   constexpr double kMaxShare = 0.5;
   constexpr double kMaxBrightness = 0.16;
   return std::abs(difference.log_ratio) < kMaxBrightness &&
-         (!difference.textured || difference.share < kMaxShare);
+         (!IsTextured(difference, sums.MeanA(), remaining) || difference.Share() < kMaxShare);
+}
+
+/// @param difference  of ViewComparison; all 0 where nothing was measured.
+void Measure(const cv::Vec3f& difference, double noise, CellEvidence& cell) {
+  if (difference == cv::Vec3f::all(0)) return;
+  ++cell.measured;
+  cell.log_ratio += difference[0];
+  cell.log_ratio_squares += difference[0] * difference[0];
+  cell.signal += difference[1];
+  cell.other += difference[2];
+  cell.noise += noise;
 }
 
 }  // namespace
@@ -38,12 +49,42 @@ cv::Mat CellLook::Mean() const {
   return mean;
 }
 
-bool CellEvidence::IsChanged() const {
-  if (looks.empty() || !Differs(looks[0].state)) return false;
+double CellEvidence::MeanLogRatio() const {
+  return measured == 0 ? 0 : log_ratio / measured;
+}
+
+double CellEvidence::LogRatioSpread() const {
+  if (measured == 0) return 0;
+  return std::sqrt(std::max(0.0, log_ratio_squares / measured - std::pow(MeanLogRatio(), 2)));
+}
+
+double CellEvidence::MeanShare() const {
+  return signal > 0 ? std::clamp(other / signal, 0.0, 1.0) : 0;
+}
+
+CellState CellEvidence::Verdict() const {
+  if (looks.empty()) return same > 0 ? CellState::kSame : CellState::kUnclear;
   constexpr int kMinViews = 2;
   constexpr double kMinShare = 0.6;
-  return looks[0].views >= kMinViews && differ >= kMinViews &&
-         looks[0].views >= kMinShare * (same + differ);
+  if (looks[0].views < kMinViews) return CellState::kUnclear;
+  if (Differs(looks[0].state) && differ >= kMinViews &&
+      looks[0].views >= kMinShare * (same + differ)) {
+    return looks[0].state;
+  }
+  return looks[0].views >= kMinShare * Views() ? VerdictByMeans() : CellState::kUnclear;
+}
+
+/// Many images measure what one does not.
+CellState CellEvidence::VerdictByMeans() const {
+  constexpr int kMinMeasured = 3;
+  if (measured < kMinMeasured) return CellState::kUnclear;
+  constexpr double kMinSignal = 0.5;  // of the noise
+  if (signal > kMinSignal * noise && MeanShare() > kOtherShare) return CellState::kTexture;
+  constexpr double kMinLogRatio = 0.02;
+  constexpr double kSpreads = 3;
+  return std::abs(MeanLogRatio()) > std::max(kMinLogRatio, kSpreads * LogRatioSpread())
+             ? CellState::kBrightness
+             : CellState::kUnclear;
 }
 
 void ChangeEvidence::Add(const ViewComparison& view) {
@@ -56,12 +97,12 @@ void ChangeEvidence::Add(const ViewComparison& view) {
       const CellState state = view.states.ptr<CellState>(row)[col];
       if (state == CellState::kUnseen) continue;
       CellEvidence& cell = evidence_[Key(view.cells.tl() + cv::Point(col, row))];
+      Measure(view.differences.ptr<cv::Vec3f>(row)[col], view.cell_noise, cell);
       if (state == CellState::kSame) {
         ++cell.same;
         continue;
       }
       (Differs(state) ? cell.differ : cell.unclear) += 1;
-      if (Differs(state)) cell.difference += view.differences.ptr<float>(row)[col];
       AddLook(view, {col, row}, cell);
     }
   }

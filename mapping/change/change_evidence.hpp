@@ -21,17 +21,34 @@ struct CellLook {
 
 /// What all images of a recording tell of a cell.
 struct CellEvidence {
-  int same = 0;                 ///< images in which it is as the map shows it
-  int differ = 0;               ///< images in which it differs
-  int unclear = 0;              ///< images that show it, but do not tell
-  double difference = 0;        ///< sum of CellDifference::share over the images that differ
+  int same = 0;     ///< images in which it is as the map shows it
+  int differ = 0;   ///< images in which it differs
+  int unclear = 0;  ///< images that show it, but do not tell
+  /// Sums over the images in which it is no lamp; for weak textures, which single images do not
+  /// tell.
+  int measured = 0;
+  double log_ratio = 0;
+  double log_ratio_squares = 0;
+  double signal = 0;
+  double other = 0;
+  double noise = 0;
   std::vector<CellLook> looks;  ///< how it looked where it was not the same, most frequent first
 
   [[nodiscard]] int Views() const { return same + differ + unclear; }
-  /// Whether the ceiling has changed here: most images differ from the map, and at least two of
-  /// them, from different places, agree with each other at the height of the ceiling. A person or a
-  /// mast below the ceiling lies elsewhere in each image; a moving one too.
-  [[nodiscard]] bool IsChanged() const;
+  /// Whether it looks otherwise than in the map: kTexture, kBrightness or kLamp where most images
+  /// differ from the map, or their mean does, and at least two of them, from different places,
+  /// agree with each other at the height of the ceiling; else kSame or kUnclear. A person or a mast
+  /// below the ceiling lies elsewhere in each image; a moving one too.
+  [[nodiscard]] CellState Verdict() const;
+  [[nodiscard]] bool IsChanged() const { return Differs(Verdict()); }
+  /// Mean of log(image / map), and its spread.
+  [[nodiscard]] double MeanLogRatio() const;
+  [[nodiscard]] double LogRatioSpread() const;
+  /// Mean of CellDifference::Share.
+  [[nodiscard]] double MeanShare() const;
+
+ private:
+  [[nodiscard]] CellState VerdictByMeans() const;
 };
 
 /// Collects the evidence of all images of a recording. Memory grows with the area seen (some tens

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <utility>
 
 #include "mapping/mosaic/outlines.hpp"
@@ -30,8 +31,8 @@ Masks MasksOf(const ChangeEvidence& evidence) {
     *mask = cv::Mat::zeros(masks.box.size(), CV_8UC1);
   }
   for (const auto& [key, cell] : evidence.Cells()) {
-    if (!cell.IsChanged()) continue;
-    const CellState state = cell.looks[0].state;
+    const CellState state = cell.Verdict();
+    if (!Differs(state)) continue;
     cv::Mat& mask = state == CellState::kTexture      ? masks.texture
                     : state == CellState::kBrightness ? masks.brightness
                                                       : masks.lamp;
@@ -70,12 +71,11 @@ class RegionBuilder {
       region.cells.push_back(cell);
       const CellEvidence* known = evidence_.At(cell);
       if (known == nullptr || !known->IsChanged()) return;
-      region.frames = std::max<std::int64_t>(region.frames, known->differ);
-      differences += known->difference;
-      differing += known->differ;
+      region.frames = std::max<std::int64_t>(region.frames, known->looks[0].views);
+      differences += known->MeanShare();
+      ++differing;
     });
     region.difference = differing > 0 ? differences / differing : 0;
-    AddFresh(component, region);
     return region;
   }
 
@@ -87,19 +87,6 @@ class RegionBuilder {
         if (mask.ptr<unsigned char>(row)[col] != 0) visit(first + cv::Point(col, row));
       }
     }
-  }
-
-  /// A border within a cell leaves it unclear: such neighbours are renewed too.
-  void AddFresh(const cv::Mat& component, ChangedRegion& region) const {
-    cv::Mat around;
-    cv::copyMakeBorder(component, around, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-    cv::dilate(around, around, cv::Mat());
-    ForEach(around, box_.tl() - cv::Point(1, 1), [&](const cv::Point& cell) {
-      const CellEvidence* known = evidence_.At(cell);
-      if (known == nullptr || known->looks.empty() || known->same > known->looks[0].views) return;
-      constexpr int kMinViews = 2;
-      if (known->looks[0].views >= kMinViews) region.fresh.push_back(cell);
-    });
   }
 
   const ChangeEvidence& evidence_;
@@ -144,6 +131,26 @@ std::vector<ChangedRegion> FindChanges(const ChangeEvidence& evidence) {
     regions.push_back(builder.Build(component, surface ? Kind::kSurface : Kind::kBrightness));
   });
   return regions;
+}
+
+std::vector<cv::Point> FreshCells(const ChangeEvidence& evidence,
+                                  const std::vector<cv::Point>& cells) {
+  std::set<std::pair<int, int>> fresh;  // row, column
+  for (const cv::Point& cell : cells) {
+    for (int row = cell.y - 1; row <= cell.y + 1; ++row) {
+      for (int col = cell.x - 1; col <= cell.x + 1; ++col) {
+        const CellEvidence* known = evidence.At({col, row});
+        if (known == nullptr || known->looks.empty()) continue;
+        constexpr int kMinViews = 2;
+        const CellLook& look = known->looks[0];
+        if (look.views >= kMinViews && look.views >= known->same) fresh.emplace(row, col);
+      }
+    }
+  }
+  std::vector<cv::Point> list;
+  list.reserve(fresh.size());
+  for (const auto& [row, col] : fresh) list.emplace_back(col, row);
+  return list;
 }
 
 store::Polygons OutlineOf(const std::vector<cv::Point>& cells, const store::MosaicGrid& grid) {

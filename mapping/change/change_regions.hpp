@@ -13,8 +13,6 @@ namespace ceilmap::change {
 struct ChangedRegion {
   store::Change::Kind kind = store::Change::Kind::kSurface;
   std::vector<cv::Point> cells;  ///< of the map
-  /// Of these and of their neighbours, those of which a new look is known.
-  std::vector<cv::Point> fresh;
   std::int64_t frames = 0;  ///< images that showed a cell of it changed, largest number of a cell
   double difference = 0;    ///< mean of CellDifference::share
 };
@@ -23,6 +21,11 @@ struct ChangedRegion {
 /// of a sun patch or of a shadow is no change of the ceiling. In another light
 /// (ChangeEvidence::OtherLight) lamps are Kind::kLight, and brightness alone tells nothing.
 std::vector<ChangedRegion> FindChanges(const ChangeEvidence& evidence);
+
+/// Cells, and those of their neighbours that are not clearly the same: a border within a cell
+/// leaves it unclear. Of all of them a look is known that two images agree on.
+std::vector<cv::Point> FreshCells(const ChangeEvidence& evidence,
+                                  const std::vector<cv::Point>& cells);
 
 /// The outline of cells, in the map.
 store::Polygons OutlineOf(const std::vector<cv::Point>& cells, const store::MosaicGrid& grid);

@@ -8,103 +8,91 @@ namespace ceilmap::change {
 namespace {
 
 using store::Change;
+using Cells = std::vector<cv::Point>;
 using CellSet = std::set<std::pair<int, int>>;
 
-CellSet SetOf(const std::vector<cv::Point>& cells) {
+CellSet SetOf(const Cells& cells) {
   CellSet set;
   for (const cv::Point& cell : cells) set.emplace(cell.x, cell.y);
   return set;
 }
 
+bool Contains(const CellSet& set, const cv::Point& cell) {
+  return set.contains({cell.x, cell.y});
+}
+
 /// Of `cells`, the share that is in `set`.
-double ShareIn(const std::vector<cv::Point>& cells, const CellSet& set) {
+double ShareIn(const Cells& cells, const CellSet& set) {
   if (cells.empty()) return 0;
-  const auto inside = std::count_if(cells.begin(), cells.end(), [&](const cv::Point& cell) {
-    return set.contains({cell.x, cell.y});
-  });
+  const auto inside = std::count_if(
+      cells.begin(), cells.end(), [&](const cv::Point& cell) { return Contains(set, cell); });
   return static_cast<double>(inside) / static_cast<double>(cells.size());
 }
 
 /// Whether a recording saw most of the cells as the map shows them.
-bool LooksTheSame(const std::vector<cv::Point>& cells, const ChangeEvidence& evidence) {
+bool LooksTheSame(const Cells& cells, const ChangeEvidence& evidence) {
   std::size_t same = 0;
   for (const cv::Point& cell : cells) {
     const CellEvidence* known = evidence.At(cell);
-    if (known != nullptr && known->same > known->differ) ++same;
+    if (known != nullptr && !known->IsChanged() && known->same > 0) ++same;
   }
   return 2 * same > cells.size();
 }
 
-constexpr double kMinOverlap = 0.3;  // of the smaller of two regions that are the same
-bool Overlap(const std::vector<cv::Point>& a, const std::vector<cv::Point>& b) {
-  return a.size() < b.size() ? ShareIn(a, SetOf(b)) > kMinOverlap
-                             : ShareIn(b, SetOf(a)) > kMinOverlap;
-}
+// Fewer cells that remain of a region are its border, which is seen a little otherwise each time.
+constexpr std::size_t kMinCells = 4;
 
 class Decision {
  public:
   Decision(const ChangeEvidence& evidence,
            const store::MosaicGrid& grid,
            store::MapHistory history,
-           const store::Session& session)
-      : evidence_(evidence), grid_(grid), session_(session.id) {
-    outcome_.history = std::move(history);
-    for (const Change& change : outcome_.history.changes) {
+           std::int64_t session,
+           bool at_once)
+      : evidence_(evidence), grid_(grid), session_(session), at_once_(at_once) {
+    outcome_.history.sessions = std::move(history.sessions);
+    for (Change& change : history.changes) {
       next_id_ = std::max(next_id_, change.id + 1);
-      cells_.push_back(CellsIn(change.polygons, grid));
+      Cells cells = CellsIn(change.polygons, grid);
+      earlier_.push_back({std::move(change), std::move(cells)});
     }
   }
 
   void Add(const ChangedRegion& region) {
-    const bool sure = region.kind == Change::Kind::kSurface || region.kind == Change::Kind::kLamp;
-    Change change;
-    change.kind = region.kind;
-    change.first_session = session_;
-    change.last_session = session_;
-    change.frames = region.frames;
-    change.difference = region.difference;
-    change.area = static_cast<double>(region.cells.size()) * CellArea(grid_);
-    change.polygons = OutlineOf(region.cells, grid_);
-    const int before = EarlierCandidate(region);
-    if (before >= 0) {
-      Change& earlier = At(before);
-      change.first_session = earlier.first_session;
-      change.frames += earlier.frames;
-      if (region.kind == Change::Kind::kLight) change.id = earlier.id;
+    if (region.kind == Change::Kind::kLight) {
+      AddLight(region);
+      return;
     }
-    const bool is_light = region.kind == Change::Kind::kLight;
-    change.state =
-        sure || is_light || before >= 0 ? Change::State::kConfirmed : Change::State::kCandidate;
-    if (before >= 0) Remove(before);
-    if (!is_light && change.state == Change::State::kConfirmed) Refresh(region);
-    (change.state == Change::State::kConfirmed ? outcome_.confirmed : outcome_.candidates) +=
-        is_light ? 0 : 1;
-    if (change.id == 0) change.id = next_id_++;
-    outcome_.history.changes.push_back(change);
-    cells_.push_back(region.cells);
-    new_.push_back(static_cast<int>(cells_.size()) - 1);
+    Cells seen_before;
+    Cells seen_now;
+    Change confirmed = ChangeOf(region);
+    confirmed.state = Change::State::kConfirmed;
+    const CellSet before = Candidates(region, confirmed);
+    for (const cv::Point& cell : region.cells) {
+      (at_once_ || Contains(before, cell) ? seen_before : seen_now).push_back(cell);
+    }
+    if (seen_before.size() >= kMinCells || (at_once_ && !seen_before.empty())) {
+      ++outcome_.confirmed;
+      outcome_.changed_area += Area(seen_before);
+      const Cells fresh = FreshCells(evidence_, seen_before);
+      outcome_.fresh.insert(outcome_.fresh.end(), fresh.begin(), fresh.end());
+      Keep(std::move(confirmed), std::move(seen_before));
+    }
+    if (seen_now.size() < kMinCells) return;
+    ++outcome_.candidates;
+    outcome_.candidate_area += Area(seen_now);
+    Keep(ChangeOf(region), std::move(seen_now));
   }
 
-  /// The earlier changes that were seen again, or no longer.
-  void Review() {
-    std::vector<Change> kept;
-    for (int i = 0; i < static_cast<int>(cells_.size()); ++i) {
-      Change& change = At(i);
-      if (change.state == Change::State::kCandidate && change.first_session < session_ &&
-          LooksTheSame(Cells(i), evidence_)) {
-        continue;
-      }
-      if (change.state == Change::State::kConfirmed && change.last_session < session_) {
-        ReviewConfirmed(i, change);
-      }
-      kept.push_back(std::move(change));
+  /// Earlier changes that were seen again, or no longer. To be called last.
+  SessionOutcome Finish(store::Session session) {
+    for (Known& known : earlier_) {
+      if (Remains(known)) outcome_.history.changes.push_back(std::move(known.change));
     }
-    std::sort(
-        kept.begin(), kept.end(), [](const Change& a, const Change& b) { return a.id < b.id; });
-    outcome_.history.changes = std::move(kept);
-  }
-
-  SessionOutcome Take(store::Session session) {
+    for (Known& known : now_) outcome_.history.changes.push_back(std::move(known.change));
+    std::sort(outcome_.history.changes.begin(),
+              outcome_.history.changes.end(),
+              [](const Change& a, const Change& b) { return a.id < b.id; });
     for (const auto& [key, cell] : evidence_.Cells()) {
       outcome_.seen_area += cell.Views() > 0 ? CellArea(grid_) : 0;
     }
@@ -116,53 +104,95 @@ class Decision {
   }
 
  private:
-  Change& At(int i) { return outcome_.history.changes[static_cast<std::size_t>(i)]; }
-  const std::vector<cv::Point>& Cells(int i) const { return cells_[static_cast<std::size_t>(i)]; }
+  struct Known {
+    Change change;
+    Cells cells;
+  };
 
-  /// A candidate, or a lamp in other light, of an earlier session at the place of a region; -1:
-  /// none.
-  int EarlierCandidate(const ChangedRegion& region) {
-    for (int i = 0; i < static_cast<int>(cells_.size()); ++i) {
-      const Change& change = At(i);
-      const bool waits = region.kind == Change::Kind::kLight
-                             ? change.kind == Change::Kind::kLight
-                             : change.state == Change::State::kCandidate;
-      if (waits && change.first_session < session_ && Overlap(Cells(i), region.cells)) return i;
+  [[nodiscard]] double Area(const Cells& cells) const {
+    return static_cast<double>(cells.size()) * CellArea(grid_);
+  }
+
+  [[nodiscard]] Change ChangeOf(const ChangedRegion& region) const {
+    Change change;
+    change.kind = region.kind;
+    change.first_session = session_;
+    change.last_session = session_;
+    change.frames = region.frames;
+    change.difference = region.difference;
+    return change;
+  }
+
+  void Keep(Change change, Cells cells) {
+    change.id = next_id_++;
+    change.area = Area(cells);
+    change.polygons = OutlineOf(cells, grid_);
+    now_.push_back({std::move(change), std::move(cells)});
+  }
+
+  /// The cells of the candidates of earlier sessions that a region overlaps, which `change`
+  /// confirms.
+  CellSet Candidates(const ChangedRegion& region, Change& change) const {
+    CellSet cells;
+    const CellSet here = SetOf(region.cells);
+    for (const Known& known : earlier_) {
+      if (known.change.state != Change::State::kCandidate) continue;
+      if (ShareIn(known.cells, here) == 0) continue;
+      change.first_session = std::min(change.first_session, known.change.first_session);
+      change.frames += known.change.frames;
+      cells.merge(SetOf(known.cells));
     }
-    return -1;
+    return cells;
   }
 
-  void Remove(int i) {
-    outcome_.history.changes.erase(outcome_.history.changes.begin() + i);
-    cells_.erase(cells_.begin() + i);
-    for (int& fresh : new_) fresh -= fresh > i ? 1 : 0;
+  void AddLight(const ChangedRegion& region) {
+    const CellSet here = SetOf(region.cells);
+    for (Known& known : earlier_) {
+      if (known.change.kind != Change::Kind::kLight || ShareIn(known.cells, here) == 0) continue;
+      known.change.last_session = session_;
+      known.change.frames += region.frames;
+      return;
+    }
+    Change change = ChangeOf(region);
+    change.state = Change::State::kConfirmed;
+    Keep(std::move(change), region.cells);
   }
 
-  void ReviewConfirmed(int i, Change& change) {
-    for (const int fresh : new_) {
-      const Change& newer = At(fresh);
-      if (newer.kind == Change::Kind::kLight || newer.state != Change::State::kConfirmed) continue;
-      constexpr double kMostOfIt = 0.5;
-      if (ShareIn(Cells(i), SetOf(Cells(fresh))) > kMostOfIt) {
+  /// Updates an earlier change by what this session saw. False: it is forgotten.
+  [[nodiscard]] bool Remains(Known& known) const {
+    Change& change = known.change;
+    if (change.kind == Change::Kind::kLight) return true;
+    if (change.state == Change::State::kCandidate) {
+      for (const Known& newer : now_) {
+        if (newer.change.state == Change::State::kConfirmed &&
+            ShareIn(known.cells, SetOf(newer.cells)) > 0) {
+          return false;  // it is a part of that
+        }
+      }
+      return !LooksTheSame(known.cells, evidence_);
+    }
+    if (change.state != Change::State::kConfirmed) return true;
+    constexpr double kMostOfIt = 0.5;
+    for (const Known& newer : now_) {
+      if (newer.change.state == Change::State::kConfirmed &&
+          newer.change.kind != Change::Kind::kLight &&
+          ShareIn(known.cells, SetOf(newer.cells)) > kMostOfIt) {
         change.state = Change::State::kReplaced;
-        return;
+        return true;
       }
     }
-    if (LooksTheSame(Cells(i), evidence_)) change.last_session = session_;
-  }
-
-  void Refresh(const ChangedRegion& region) {
-    outcome_.fresh.insert(outcome_.fresh.end(), region.fresh.begin(), region.fresh.end());
-    outcome_.changed_area += static_cast<double>(region.cells.size()) * CellArea(grid_);
+    if (LooksTheSame(known.cells, evidence_)) change.last_session = session_;
+    return true;
   }
 
   const ChangeEvidence& evidence_;
   const store::MosaicGrid& grid_;
   std::int64_t session_;
+  bool at_once_;
   std::int64_t next_id_ = 1;
   SessionOutcome outcome_;
-  std::vector<std::vector<cv::Point>> cells_;  // of each change of the history
-  std::vector<int> new_;                       // changes of this session
+  std::vector<Known> earlier_;
+  std::vector<Known> now_;
 };
 
 }  // namespace
@@ -171,12 +201,12 @@ SessionOutcome DecideChanges(const ChangeEvidence& evidence,
                              const std::vector<ChangedRegion>& regions,
                              const store::MosaicGrid& grid,
                              store::MapHistory history,
-                             store::Session session) {
+                             store::Session session,
+                             bool at_once) {
   session.id = history.sessions.empty() ? 1 : history.sessions.back().id + 1;
-  Decision decision(evidence, grid, std::move(history), session);
+  Decision decision(evidence, grid, std::move(history), session.id, at_once);
   for (const ChangedRegion& region : regions) decision.Add(region);
-  decision.Review();
-  return decision.Take(std::move(session));
+  return decision.Finish(std::move(session));
 }
 
 }  // namespace ceilmap::change

@@ -13,23 +13,24 @@ struct SessionOutcome {
   store::MapHistory history;  ///< with the session and its changes
   /// Cells whose look in the recording the map is to show from now on.
   std::vector<cv::Point> fresh;
-  int confirmed = 0;        ///< changes that the map shows from now on
-  int candidates = 0;       ///< that wait for another session
-  double seen_area = 0;     ///< map units^2
-  double changed_area = 0;  ///< confirmed in this session
+  int confirmed = 0;          ///< changes that the map shows from now on
+  int candidates = 0;         ///< that wait for another session
+  double seen_area = 0;       ///< map units^2
+  double changed_area = 0;    ///< confirmed in this session
+  double candidate_area = 0;  ///< seen otherwise for the first time
 };
 
-/// Decides by the evidence of this recording and of those before it:
-/// - another texture, and a lamp that is off while most are on, are confirmed at once: images from
-///   several places agree on them;
-/// - another brightness alone is a candidate, and confirmed when a later session sees it at the
-///   same place: sun patches and shadows do not stay;
-/// - a candidate that a later session sees as the map shows it is forgotten.
+/// Decides by the evidence of this recording and of those before it. What looks otherwise is a
+/// candidate. Where the next session that sees it confirms it, the map is renewed; where that
+/// session sees what the map shows, it is forgotten: sun patches, shadows and what was parked below
+/// the ceiling do not stay. Lamps in other light are listed once and change nothing.
 /// @param session  of this recording; id and areas are set here.
+/// @param at_once  Confirm what a single session sees.
 SessionOutcome DecideChanges(const ChangeEvidence& evidence,
                              const std::vector<ChangedRegion>& regions,
                              const store::MosaicGrid& grid,
                              store::MapHistory history,
-                             store::Session session);
+                             store::Session session,
+                             bool at_once = false);
 
 }  // namespace ceilmap::change

@@ -29,9 +29,9 @@ struct FreshPixels {
 };
 
 /// The fresh cells of a map, by rows of tiles.
-class FreshCells {
+class FreshLooks {
  public:
-  FreshCells(const ChangeEvidence& evidence, const std::vector<cv::Point>& cells) {
+  FreshLooks(const ChangeEvidence& evidence, const std::vector<cv::Point>& cells) {
     for (const cv::Point& cell : cells) {
       const CellEvidence* known = evidence.At(cell);
       if (known == nullptr || known->looks.empty()) continue;
@@ -114,7 +114,7 @@ void Blend(const cv::Mat& fresh, const cv::Mat& weight, cv::Mat& image) {
 class KeyframeRefresher {
  public:
   KeyframeRefresher(const store::MapReader& map,
-                    const FreshCells& cells,
+                    const FreshLooks& cells,
                     const mosaic::HeightMap& heights)
       : map_(map),
         cells_(cells),
@@ -191,12 +191,12 @@ class KeyframeRefresher {
   }
 
   const store::MapReader& map_;
-  const FreshCells& cells_;
+  const FreshLooks& cells_;
   ViewComparer comparer_;
   places::PlaceDescriber describer_;
 };
 
-int RefreshTiles(const FreshCells& cells, store::MapRevision& revision) {
+int RefreshTiles(const FreshLooks& cells, store::MapRevision& revision) {
   const store::MapReader& map = revision.Map();
   int tiles = 0;
   for (const cv::Rect& tile : cells.Tiles(map.Grid())) {
@@ -222,7 +222,7 @@ RefreshReport RefreshMap(const ChangeEvidence& evidence,
                          store::MapRevision& revision,
                          int threads) {
   RefreshReport report;
-  const FreshCells fresh(evidence, cells);
+  const FreshLooks fresh(evidence, cells);
   if (fresh.empty()) return report;
   report.tiles = RefreshTiles(fresh, revision);
   const store::MapReader& map = revision.Map();

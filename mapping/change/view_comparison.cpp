@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
+#include "calib/base/statistics.hpp"
 #include "calib/level_view.hpp"
 #include "mapping/registration/noise.hpp"
 
@@ -33,6 +35,12 @@ cv::Rect CellsAround(const PlacedView& view, const store::MosaicGrid& grid, doub
       cv::Point(index((box.br().x - grid.min_x) / cell) + 1,
                 index((grid.max_y - box.y) / cell) + 1));
   return cells & CellsOf(grid);
+}
+
+/// Of the noise, grey levels squared.
+double VarianceOf(const cv::Mat& image) {
+  const double sigma = registration::EstimateNoise(image);
+  return sigma * sigma;
 }
 
 }  // namespace
@@ -110,18 +118,34 @@ void ViewComparer::LevelBy(const BrightnessFit& fit, const cv::Rect& window) {
   cv::divide(seen_, gains, seen_, 1, CV_8U);
 }
 
-/// @param cell  in the window. @param at  the same in `result`.
-void ViewComparer::Judge(const cv::Rect& cell,
-                         const cv::Point& at,
-                         double noise,
-                         ViewComparison& result) {
-  if (!IsWhole(cell)) return;
-  const CellSums sums = SumsOver(smooth_a_(cell), smooth_b_(cell));
+/// Noise of cells as it is: also of the codec, of interpolation and of small errors of the pose.
+/// Most cells have not changed, and the plain half of them differs by noise only.
+double ViewComparer::NoiseOf(const ViewComparison& result) const {
+  const double expected = kNoiseLeft * (result.noise + VarianceOf(stored_)) + kRounding;
+  std::vector<std::pair<double, double>> cells;  // signal, what differs
+  for (const CellSums& sums : sums_) {
+    if (sums.pixels == 0 || sums.MeanA() >= kUnlit || sums.MeanB() >= kUnlit) continue;
+    const CellDifference difference = change::Compare(sums, 0);
+    cells.emplace_back(difference.signal, difference.other);
+  }
+  constexpr std::size_t kMinCells = 20;
+  if (cells.size() < kMinCells) return expected;
+  const auto middle = cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2);
+  std::nth_element(cells.begin(), middle, cells.end());
+  std::vector<double> others;
+  others.reserve(cells.size() / 2);
+  for (auto cell = cells.begin(); cell != middle; ++cell) others.push_back(cell->second);
+  return std::max(expected, Median(others));
+}
+
+/// @param at  in `result`.
+void ViewComparer::Judge(const cv::Point& at, ViewComparison& result) const {
+  const CellSums& sums = sums_[static_cast<std::size_t>(at.y * result.cells.width + at.x)];
+  if (sums.pixels == 0) return;
   const double gain = gains_.ptr<float>(at.y)[at.x];
   const double as_taken = sums.MeanB() * gain;
   const bool stored_lit = sums.MeanA() >= kLit;
   CellState& state = result.states.ptr<CellState>(at.y)[at.x];
-  float& share = result.differences.ptr<float>(at.y)[at.x];
   if (stored_lit || as_taken >= kLit) {
     const bool both = stored_lit && (as_taken >= kLit || sums.MeanB() >= kLit);
     // A surface of the map that is so bright in this image that it looks like a lamp.
@@ -132,35 +156,47 @@ void ViewComparer::Judge(const cv::Rect& cell,
                                       : CellState::kLamp;
     result.lamps_alike += both ? 1 : 0;
     result.lamps_differ += state == CellState::kLamp ? 1 : 0;
-    share = state == CellState::kLamp ? 1 : 0;
     return;
   }
-  const CellDifference difference = change::Compare(sums, noise);
-  state = as_taken < kDark || sums.MeanA() < kDark ? CellState::kUnclear : StateOf(difference);
-  share = static_cast<float>(difference.share);
+  // At the border of a lamp its glare differs, and what is dark cannot be levelled.
+  const bool glare = cv::countNonZero(bright_(PixelsOf({at.x, at.y, 1, 1}))) > 0;
+  if (glare || as_taken < kDark || sums.MeanA() < kDark) {
+    state = CellState::kUnclear;
+    return;
+  }
+  const CellDifference difference = change::Compare(sums, result.cell_noise);
+  state = StateOf(difference, sums.MeanA(), result.cell_noise);
+  result.differences.ptr<cv::Vec3f>(at.y)[at.x] = {static_cast<float>(difference.log_ratio),
+                                                   static_cast<float>(difference.signal),
+                                                   static_cast<float>(difference.other)};
 }
 
-ViewComparison ViewComparer::Compare(const PlacedView& view) {
+/// How central each cell is in the image, 0..1.
+cv::Mat ViewComparer::WeightsOf(const PlacedView& view, const cv::Rect& cells) const {
   const store::MosaicGrid& grid = map_.Grid();
-  ViewComparison result;
-  result.cells = CellsAround(view, grid, heights_.Range()[0]);
-  if (result.cells.empty()) return result;
-  const cv::Rect window = PixelsOf(result.cells);
-  Draw(view, window);
-  const auto smooth = [](const cv::Mat& image, cv::Mat& to) {
-    image.convertTo(to, CV_32F);
-    cv::GaussianBlur(to, to, {}, kSmoothingPx, kSmoothingPx, cv::BORDER_REPLICATE);
-  };
-  smooth(stored_, smooth_a_);
-  smooth(seen_, smooth_b_);
-  gains_.create(result.cells.size(), CV_32FC1);
+  cv::Mat weights(cells.size(), CV_32FC1);
+  const double half = 0.5 * std::min(view.grey.cols, view.grey.rows);
+  for (int row = 0; row < cells.height; ++row) {
+    for (int col = 0; col < cells.width; ++col) {
+      const cv::Point2d at =
+          view.placement.ToPixel(grid.min_x + (cells.x + col + 0.5) * kCellPx * grid.resolution,
+                                 grid.max_y - (cells.y + row + 0.5) * kCellPx * grid.resolution);
+      const double to_border = std::min(std::min(at.x, view.grey.cols - 1 - at.x),
+                                        std::min(at.y, view.grey.rows - 1 - at.y));
+      weights.ptr<float>(row)[col] = static_cast<float>(std::clamp(to_border / half, 0.0, 1.0));
+    }
+  }
+  return weights;
+}
+
+/// The brightness of the image relative to the map, where no lamp is.
+BrightnessFit ViewComparer::Fit(const cv::Rect& cells) const {
   std::vector<BrightnessFit::Sample> samples;
-  const auto cell_at = [](int col, int row) {
-    return cv::Rect(col * kCellPx, row * kCellPx, kCellPx, kCellPx);
-  };
-  for (int row = 0; row < result.cells.height; ++row) {
-    for (int col = 0; col < result.cells.width; ++col) {
-      const cv::Rect cell = cell_at(col, row);
+  samples.reserve(static_cast<std::size_t>(cells.area()));
+  const cv::Rect window = PixelsOf(cells);
+  for (int row = 0; row < cells.height; ++row) {
+    for (int col = 0; col < cells.width; ++col) {
+      const cv::Rect cell = PixelsOf({col, row, 1, 1});
       if (!IsWhole(cell)) continue;
       const double a = cv::mean(smooth_a_(cell))[0];
       const double b = cv::mean(smooth_b_(cell))[0];
@@ -169,31 +205,41 @@ ViewComparison ViewComparer::Compare(const PlacedView& view) {
       samples.push_back({centre, std::log(b / a)});
     }
   }
-  result.fit = BrightnessFit(samples, window);
-  LevelBy(result.fit, window);
-  const auto variance = [](const cv::Mat& image) {
-    const double sigma = registration::EstimateNoise(image);
-    return sigma * sigma;
+  return {samples, window};
+}
+
+ViewComparison ViewComparer::Compare(const PlacedView& view) {
+  ViewComparison result;
+  result.cells = CellsAround(view, map_.Grid(), heights_.Range()[0]);
+  if (result.cells.empty()) return result;
+  const cv::Rect window = PixelsOf(result.cells);
+  Draw(view, window);
+  constexpr double kSaturated = 248;
+  bright_ = (stored_ >= kSaturated) | (seen_ >= kSaturated);
+  const auto smooth = [](const cv::Mat& image, cv::Mat& to) {
+    image.convertTo(to, CV_32F);
+    cv::GaussianBlur(to, to, {}, kSmoothingPx, kSmoothingPx, cv::BORDER_REPLICATE);
   };
-  const double gain = cv::mean(gains_)[0];
-  result.noise = variance(view.grey) / (gain * gain);
-  const double noise = kNoiseLeft * (result.noise + variance(stored_)) + kRounding;
-  result.states = cv::Mat(result.cells.size(), CV_8UC1, cv::Scalar(0));
-  result.differences = cv::Mat(result.cells.size(), CV_32FC1, cv::Scalar(0));
-  result.weights = cv::Mat(result.cells.size(), CV_32FC1, cv::Scalar(0));
-  const double half = 0.5 * std::min(view.grey.cols, view.grey.rows);
-  for (int row = 0; row < result.cells.height; ++row) {
-    for (int col = 0; col < result.cells.width; ++col) {
-      Judge(cell_at(col, row), {col, row}, noise, result);
-      const cv::Point2d at =
-          view.placement.ToPixel(grid.min_x + (window.x + (col + 0.5) * kCellPx) * grid.resolution,
-                                 grid.max_y - (window.y + (row + 0.5) * kCellPx) * grid.resolution);
-      const double to_border = std::min(std::min(at.x, view.grey.cols - 1 - at.x),
-                                        std::min(at.y, view.grey.rows - 1 - at.y));
-      result.weights.ptr<float>(row)[col] =
-          static_cast<float>(std::clamp(to_border / half, 0.0, 1.0));
-    }
+  smooth(stored_, smooth_a_);
+  smooth(seen_, smooth_b_);
+  gains_.create(result.cells.size(), CV_32FC1);
+  result.fit = Fit(result.cells);
+  LevelBy(result.fit, window);
+  sums_.assign(static_cast<std::size_t>(result.cells.area()), {});
+  for (int i = 0; i < result.cells.area(); ++i) {
+    const cv::Rect cell = PixelsOf({i % result.cells.width, i / result.cells.width, 1, 1});
+    if (!IsWhole(cell)) continue;
+    sums_[static_cast<std::size_t>(i)] = SumsOver(smooth_a_(cell), smooth_b_(cell));
   }
+  const double gain = cv::mean(gains_)[0];
+  result.noise = VarianceOf(view.grey) / (gain * gain);
+  result.cell_noise = NoiseOf(result);
+  result.states = cv::Mat(result.cells.size(), CV_8UC1, cv::Scalar(0));
+  result.differences = cv::Mat(result.cells.size(), CV_32FC3, cv::Scalar::all(0));
+  for (int row = 0; row < result.cells.height; ++row) {
+    for (int col = 0; col < result.cells.width; ++col) Judge({col, row}, result);
+  }
+  result.weights = WeightsOf(view, result.cells);
   seen_.setTo(0, valid_ == 0);
   result.levelled = seen_.clone();
   result.stored = stored_.clone();

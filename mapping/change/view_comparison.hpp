@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "calib/base/pose2.hpp"
 #include "mapping/change/brightness_fit.hpp"
@@ -22,17 +23,19 @@ struct PlacedView {
 
 /// An image compared with the map, cell by cell.
 struct ViewComparison {
-  cv::Rect cells;       ///< around the image; empty where it shows none
-  cv::Mat states;       ///< CV_8UC1 of CellState, of the size of `cells`
-  cv::Mat differences;  ///< CV_32FC1, CellDifference::share
-  cv::Mat weights;      ///< CV_32FC1, 0..1: how central a cell is in the image
+  cv::Rect cells;  ///< around the image; empty where it shows none
+  cv::Mat states;  ///< CV_8UC1 of CellState, of the size of `cells`
+  /// CV_32FC3: CellDifference's log_ratio, signal and other; 0 where a lamp is.
+  cv::Mat differences;
+  cv::Mat weights;  ///< CV_32FC1, 0..1: how central a cell is in the image
   /// CV_8UC1, the image drawn over PixelsOf(cells), as bright as the map; 0 where there is none.
   cv::Mat levelled;
-  cv::Mat stored;        ///< CV_8UC1, the map there
-  BrightnessFit fit;     ///< image / map, over pixels of the mosaic
-  double noise = 0;      ///< variance of the noise of `levelled`, grey levels squared
-  int lamps_alike = 0;   ///< cells with a lit lamp in both
-  int lamps_differ = 0;  ///< cells with a lit lamp in one of the two
+  cv::Mat stored;         ///< CV_8UC1, the map there
+  BrightnessFit fit;      ///< image / map, over pixels of the mosaic
+  double noise = 0;       ///< variance of the noise of `levelled`, grey levels squared
+  double cell_noise = 0;  ///< of both smoothed images, as Compare takes it
+  int lamps_alike = 0;    ///< cells with a lit lamp in both
+  int lamps_differ = 0;   ///< cells with a lit lamp in one of the two
 };
 
 /// Compares images of known pose with the mosaic of a map. Both are smoothed a little, so that
@@ -50,16 +53,21 @@ class ViewComparer {
   void Draw(const PlacedView& view, const cv::Rect& window);
   [[nodiscard]] bool IsWhole(const cv::Rect& cell) const;
   void LevelBy(const BrightnessFit& fit, const cv::Rect& window);
-  void Judge(const cv::Rect& cell, const cv::Point& at, double noise, ViewComparison& result);
+  [[nodiscard]] BrightnessFit Fit(const cv::Rect& cells) const;
+  [[nodiscard]] double NoiseOf(const ViewComparison& result) const;
+  [[nodiscard]] cv::Mat WeightsOf(const PlacedView& view, const cv::Rect& cells) const;
+  void Judge(const cv::Point& at, ViewComparison& result) const;
 
   const store::MapReader& map_;
   const mosaic::HeightMap& heights_;
-  cv::Mat seen_;      // drawn over the window
-  cv::Mat valid_;     // 255 where image and map have content
-  cv::Mat stored_;    // the map
-  cv::Mat smooth_a_;  // of the map, CV_32FC1
-  cv::Mat smooth_b_;  // of the image, CV_32FC1; after LevelBy as bright as the map
-  cv::Mat gains_;     // CV_32FC1, image / map, one for each cell
+  cv::Mat seen_;                // drawn over the window
+  cv::Mat valid_;               // 255 where image and map have content
+  cv::Mat stored_;              // the map
+  cv::Mat smooth_a_;            // of the map, CV_32FC1
+  cv::Mat smooth_b_;            // of the image, CV_32FC1; after LevelBy as bright as the map
+  cv::Mat gains_;               // CV_32FC1, image / map, one for each cell
+  cv::Mat bright_;              // 255 where a lamp lights one of the two
+  std::vector<CellSums> sums_;  // of each cell, row by row; no pixels where it is not whole
 };
 
 }  // namespace ceilmap::change

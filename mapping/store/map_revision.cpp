@@ -81,6 +81,12 @@ bool RemoveRows(OGRLayer& metadata, bool site) {
   return true;
 }
 
+/// Removes a row, if there is one.
+bool RemoveRow(OGRLayer& layer, std::int64_t id) {
+  const OGRErr result = layer.DeleteFeature(id);
+  return result == OGRERR_NONE || result == OGRERR_NON_EXISTING_FEATURE;
+}
+
 bool RemoveLayer(GDALDataset& dataset, const char* name) {
   for (int i = 0; i < dataset.GetLayerCount(); ++i) {
     if (std::string(name) == dataset.GetLayer(i)->GetName()) {
@@ -227,8 +233,7 @@ void MapRevision::ReplaceImage(std::int64_t keyframe_id,
   OGRLayer& images = impl_->Layer(tables::kImages);
   OGRLayer& described = impl_->Layer(tables::kDescriptors);
   impl_->Check(gdal,
-               images.DeleteFeature(keyframe_id) == OGRERR_NONE &&
-                   described.DeleteFeature(keyframe_id) == OGRERR_NONE &&
+               RemoveRow(images, keyframe_id) && RemoveRow(described, keyframe_id) &&
                    tables::Append(images, keyframe_id, EncodeImage(image)) &&
                    tables::Append(described, keyframe_id, descriptors));
 }

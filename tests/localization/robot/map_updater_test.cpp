@@ -31,11 +31,16 @@ class MapUpdaterTest : public testing::Test {
   [[nodiscard]] std::filesystem::path File() const { return folder_ / "map.gpkg"; }
 
   /// A drive over the map. @param ceiling  that the robot sees.
-  MapUpdateReport Drive(const SyntheticCeiling& ceiling, const Changed& change = {}) {
+  MapUpdateReport Drive(const SyntheticCeiling& ceiling,
+                        const Changed& change = {},
+                        bool at_once = true) {
     calib::Rig rig;
     rig.ceiling_height_m = kCeiling_m;
     rig.up = up_;
-    MapUpdater updater(File(), File(), "update");
+    MapUpdaterOptions options;
+    options.at_once = at_once;
+    options.min_step = 0.1;
+    MapUpdater updater(File(), File(), "update", options);
     CeilingLocalizer localizer(File(), rig);
     const calib::CeilingView view(up_, kCeiling_m);
     Pose2 T{1.2, 1.2, 0.4};
@@ -64,7 +69,7 @@ class MapUpdaterTest : public testing::Test {
   }
 
   static TrueMap* map_;
-  inline static const cv::Point2d kBanner{1.8, 1.6};
+  inline static const cv::Point2d kBanner{2.1, 2.0};
   calib::MountedCamera up_ = UpCamera(250, 0.5);
   support::TempFolder folder_;
 };
@@ -130,6 +135,18 @@ TEST_F(MapUpdaterTest, ABannerIsFoundAndTheMapShowsIt) {
   const MapUpdateReport again = Drive(map_->ceiling, banner);
   EXPECT_EQ(again.confirmed, 0);
   EXPECT_EQ(store::MapReader(File()).ReadHistory().changes.at(0).last_session, 2);
+}
+
+TEST_F(MapUpdaterTest, ASecondSessionConfirms) {
+  const auto banner = [this](const Pose2& T, cv::Mat& image) { Hang(T, image); };
+  const MapUpdateReport first = Drive(map_->ceiling, banner, false);
+  EXPECT_EQ(first.confirmed, 0);
+  EXPECT_EQ(first.candidates, 1);
+  EXPECT_EQ(first.keyframes, 0);
+  const MapUpdateReport second = Drive(map_->ceiling, banner, false);
+  EXPECT_EQ(second.confirmed, 1);
+  EXPECT_GT(second.keyframes, 0);
+  EXPECT_EQ(Drive(map_->ceiling, banner, false).candidates, 0);
 }
 
 TEST_F(MapUpdaterTest, WhatHangsFarBelowTheCeilingIsNoChange) {

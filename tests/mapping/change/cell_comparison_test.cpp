@@ -17,8 +17,9 @@ cv::Mat Texture(std::uint64_t seed, double mean, double contrast) {
   return texture;
 }
 
-CellState StateOf(const cv::Mat& a, const cv::Mat& b, double noise = 0.1) {
-  return StateOf(Compare(SumsOver(a, b), noise));
+CellState StateBetween(const cv::Mat& a, const cv::Mat& b, double noise = 0.1) {
+  const CellSums sums = SumsOver(a, b);
+  return StateOf(Compare(sums, noise), sums.MeanA(), noise);
 }
 
 TEST(CellComparison, SumsAreExact) {
@@ -36,37 +37,37 @@ TEST(CellComparison, SumsAreExact) {
 TEST(CellComparison, ShareOfTheDifference) {
   const cv::Mat a = Texture(1, 120, 10);
   const cv::Mat b = Texture(2, 120, 10);
-  EXPECT_NEAR(Compare(SumsOver(a, a), 0).share, 0, 1e-3);
-  EXPECT_NEAR(Compare(SumsOver(a, b), 0).share, 1, 0.15);
+  EXPECT_NEAR(Compare(SumsOver(a, a), 0).Share(), 0, 1e-3);
+  EXPECT_NEAR(Compare(SumsOver(a, b), 0).Share(), 1, 0.15);
   const cv::Mat half =
       0.5 * a + 0.5 * b;  // a quarter of the sum of variances, three eighths in all
-  EXPECT_NEAR(Compare(SumsOver(a, half), 0).share, 1.0 / 3, 0.1);
+  EXPECT_NEAR(Compare(SumsOver(a, half), 0).Share(), 1.0 / 3, 0.1);
 }
 
 TEST(CellComparison, AnotherTextureDiffersTheSameDoesNot) {
   const cv::Mat a = Texture(1, 120, 8);
-  EXPECT_EQ(StateOf(a, Texture(1, 120, 8)), CellState::kSame);
-  EXPECT_EQ(StateOf(a, Texture(2, 120, 8)), CellState::kTexture);
-  EXPECT_EQ(StateOf(a, cv::Mat(kSide, kSide, CV_32FC1, cv::Scalar(120))), CellState::kTexture);
+  EXPECT_EQ(StateBetween(a, Texture(1, 120, 8)), CellState::kSame);
+  EXPECT_EQ(StateBetween(a, Texture(2, 120, 8)), CellState::kTexture);
+  EXPECT_EQ(StateBetween(a, cv::Mat(kSide, kSide, CV_32FC1, cv::Scalar(120))), CellState::kTexture);
 }
 
 TEST(CellComparison, NoiseIsNoTexture) {
   const double sigma = 3;
-  EXPECT_EQ(StateOf(Texture(1, 120, sigma), Texture(2, 120, sigma), 2 * sigma * sigma),
+  EXPECT_EQ(StateBetween(Texture(1, 120, sigma), Texture(2, 120, sigma), 2 * sigma * sigma),
             CellState::kSame);
 }
 
 TEST(CellComparison, ASunPatchIsNoOtherTexture) {
   const cv::Mat a = Texture(1, 120, 8);
-  EXPECT_EQ(StateOf(a, 1.5 * a), CellState::kUnclear);
+  EXPECT_EQ(StateBetween(a, 1.5 * a), CellState::kUnclear);
 }
 
 TEST(CellComparison, BrightnessWithoutTexture) {
   const cv::Mat a(kSide, kSide, CV_32FC1, cv::Scalar(120));
-  EXPECT_EQ(StateOf(a, 1.05 * a), CellState::kSame);
-  EXPECT_EQ(StateOf(a, 1.12 * a), CellState::kUnclear);
-  EXPECT_EQ(StateOf(a, 1.3 * a), CellState::kBrightness);
-  EXPECT_EQ(StateOf(a, a / 1.3), CellState::kBrightness);
+  EXPECT_EQ(StateBetween(a, 1.005 * a), CellState::kSame);
+  EXPECT_EQ(StateBetween(a, 1.05 * a), CellState::kUnclear);
+  EXPECT_EQ(StateBetween(a, 1.3 * a), CellState::kBrightness);
+  EXPECT_EQ(StateBetween(a, a / 1.3), CellState::kBrightness);
 }
 
 }  // namespace

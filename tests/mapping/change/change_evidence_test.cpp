@@ -45,6 +45,32 @@ TEST(ChangeEvidence, WhatIsSoonGoneIsNone) {
   EXPECT_FALSE(evidence.At({1, 1})->IsChanged());
 }
 
+TEST(ChangeEvidence, ManyImagesTellWhatOneDoesNot) {
+  for (const float log_ratio : {0.0F, 0.01F, 0.05F}) {
+    ChangeEvidence evidence(kAll);
+    for (int i = 0; i < 4; ++i) {
+      ViewComparison view = SameView({0, 0, 3, 3});
+      view.cell_noise = 1;
+      SetCell(view, {1, 1}, CellState::kUnclear, Patch(5));
+      // A texture below the noise, which both have, and a little noise of the brightness.
+      view.differences.at<cv::Vec3f>(1, 1) = {log_ratio + (i % 2 == 0 ? 0.003F : -0.003F), 0.6F, 0};
+      evidence.Add(view);
+    }
+    EXPECT_EQ(evidence.At({1, 1})->Verdict(),
+              log_ratio > 0.02F ? CellState::kBrightness : CellState::kUnclear);
+  }
+  ChangeEvidence evidence(kAll);
+  for (int i = 0; i < 4; ++i) {
+    ViewComparison view = SameView({0, 0, 3, 3});
+    view.cell_noise = 1;
+    SetCell(view, {1, 1}, CellState::kUnclear, Patch(5));
+    view.differences.at<cv::Vec3f>(1, 1) = {0.001F, 0.6F, 0.5F};
+    evidence.Add(view);
+  }
+  EXPECT_EQ(evidence.At({1, 1})->Verdict(), CellState::kTexture);
+  EXPECT_NEAR(evidence.At({1, 1})->MeanShare(), 0.5 / 0.6, 1e-6);
+}
+
 TEST(ChangeEvidence, TheLookIsTheWeightedMeanOfTheImagesThatAgree) {
   ChangeEvidence evidence(kAll);
   const cv::Mat patch = Patch(7);

@@ -24,9 +24,7 @@ TEST(ChangeRegions, ARectangleIsOneRegion) {
   ASSERT_EQ(regions.size(), 1U);
   EXPECT_EQ(regions[0].kind, Kind::kSurface);
   EXPECT_EQ(regions[0].cells.size(), 12U);
-  EXPECT_EQ(regions[0].fresh.size(), 12U);
   EXPECT_EQ(regions[0].frames, 3);
-  EXPECT_EQ(regions[0].difference, 1);
 }
 
 TEST(ChangeRegions, ALineIsTheBorderOfAShadow) {

@@ -26,7 +26,7 @@ inline ViewComparison SameView(const cv::Rect& cells) {
   ViewComparison view;
   view.cells = cells;
   view.states = cv::Mat(cells.size(), CV_8UC1, cv::Scalar(static_cast<double>(CellState::kSame)));
-  view.differences = cv::Mat(cells.size(), CV_32FC1, cv::Scalar(0));
+  view.differences = cv::Mat(cells.size(), CV_32FC3, cv::Scalar::all(0));
   view.weights = cv::Mat(cells.size(), CV_32FC1, cv::Scalar(0.5));
   view.levelled = cv::Mat(PixelsOf(cells).size(), CV_8UC1, cv::Scalar(120));
   view.noise = 1;
@@ -40,7 +40,7 @@ inline void SetCell(ViewComparison& view,
                     const cv::Mat& patch) {
   const cv::Point at = cell - view.cells.tl();
   view.states.at<unsigned char>(at) = static_cast<unsigned char>(state);
-  view.differences.at<float>(at) = 1;
+  view.differences.at<cv::Vec3f>(at) = {0.1F, 50, 45};
   patch.copyTo(view.levelled(PixelsOf({at.x, at.y, 1, 1})));
 }
 
