@@ -7,7 +7,7 @@ namespace ceilmap::change {
 namespace {
 
 // Brightness, log: noise and uneven light stay below the first, another surface exceeds the second.
-constexpr double kSameBrightness = 0.012;
+constexpr double kSameBrightness = 0.015;
 constexpr double kOtherBrightness = 0.16;
 // Contrast of texture relative to the mean, that uneven light does not have.
 constexpr double kMinContrast = 0.012;
@@ -65,9 +65,10 @@ CellState StateOf(const CellDifference& difference, double mean, double noise) {
   const double brightness = std::abs(difference.log_ratio);
   if (IsTextured(difference, mean, noise)) {
     if (difference.Share() > kOtherShare) return CellState::kTexture;
-    // The same texture in another brightness is a shadow or a sun patch.
-    return difference.Share() < kSameShare && brightness < kOtherBrightness ? CellState::kSame
-                                                                            : CellState::kUnclear;
+    // The same texture in another brightness is a shadow or a sun patch, or the joints of a tile
+    // that was replaced.
+    return difference.Share() < kSameShare && brightness < kSameBrightness ? CellState::kSame
+                                                                           : CellState::kUnclear;
   }
   if (brightness > kOtherBrightness) return CellState::kBrightness;
   return brightness < kSameBrightness && difference.other < noise ? CellState::kSame

@@ -74,6 +74,19 @@ CellState CellEvidence::Verdict() const {
   return looks[0].views >= kMinShare * Views() ? VerdictByMeans() : CellState::kUnclear;
 }
 
+bool CellEvidence::MayHaveChanged() const {
+  constexpr int kMinViews = 2;
+  constexpr double kMinSignal = 0.3;  // of the noise
+  constexpr double kMinShare = 0.45;
+  constexpr double kMinLogRatio = 0.012;
+  constexpr double kSpreads = 2.5;
+  if (looks.empty() || looks[0].views < kMinViews || measured < kMinViews ||
+      same > differ + unclear)
+    return false;
+  return (signal > kMinSignal * noise && MeanShare() > kMinShare) ||
+         std::abs(MeanLogRatio()) > std::max(kMinLogRatio, kSpreads * LogRatioSpread());
+}
+
 /// Many images measure what one does not.
 CellState CellEvidence::VerdictByMeans() const {
   constexpr int kMinMeasured = 3;

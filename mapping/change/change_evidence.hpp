@@ -41,6 +41,8 @@ struct CellEvidence {
   /// below the ceiling lies elsewhere in each image; a moving one too.
   [[nodiscard]] CellState Verdict() const;
   [[nodiscard]] bool IsChanged() const { return Differs(Verdict()); }
+  /// Whether it differs a little, which is a change where a neighbour has changed.
+  [[nodiscard]] bool MayHaveChanged() const;
   /// Mean of log(image / map), and its spread.
   [[nodiscard]] double MeanLogRatio() const;
   [[nodiscard]] double LogRatioSpread() const;

@@ -19,6 +19,7 @@ struct Masks {
   cv::Mat texture;
   cv::Mat brightness;
   cv::Mat lamp;
+  cv::Mat weak;  ///< differ a little
 };
 
 Masks MasksOf(const ChangeEvidence& evidence) {
@@ -27,25 +28,35 @@ Masks MasksOf(const ChangeEvidence& evidence) {
     if (cell.IsChanged()) masks.box |= cv::Rect(evidence.CellOf(key), cv::Size(1, 1));
   }
   if (masks.box.empty()) return masks;
-  for (cv::Mat* mask : {&masks.texture, &masks.brightness, &masks.lamp}) {
+  masks.box = cv::Rect(masks.box.tl() - cv::Point(1, 1), masks.box.br() + cv::Point(1, 1));
+  for (cv::Mat* mask : {&masks.texture, &masks.brightness, &masks.lamp, &masks.weak}) {
     *mask = cv::Mat::zeros(masks.box.size(), CV_8UC1);
   }
   for (const auto& [key, cell] : evidence.Cells()) {
     const CellState state = cell.Verdict();
-    if (!Differs(state)) continue;
+    const cv::Point at = evidence.CellOf(key) - masks.box.tl();
+    if (!cv::Rect({}, masks.box.size()).contains(at)) continue;
+    if (!Differs(state) && !cell.MayHaveChanged()) continue;
     cv::Mat& mask = state == CellState::kTexture      ? masks.texture
                     : state == CellState::kBrightness ? masks.brightness
-                                                      : masks.lamp;
-    const cv::Point at = evidence.CellOf(key) - masks.box.tl();
+                    : state == CellState::kLamp       ? masks.lamp
+                                                      : masks.weak;
     mask.ptr<unsigned char>(at.y)[at.x] = 255;
   }
-  // Cells at the border of a lamp show an edge in one of the two looks.
+  // Cells at the border of a lamp show an edge, or glare, in one of the two looks.
   cv::Mat around;
   cv::dilate(masks.lamp, around, cv::Mat());
-  for (cv::Mat* mask : {&masks.texture, &masks.brightness}) {
-    masks.lamp |= *mask & around;
-    mask->setTo(0, around);
+  for (int row = 0; row < around.rows; ++row) {
+    for (int col = 0; col < around.cols; ++col) {
+      if (around.ptr<unsigned char>(row)[col] == 0) continue;
+      const CellEvidence* cell = evidence.At(masks.box.tl() + cv::Point(col, row));
+      constexpr int kMinViews = 2;
+      const bool other = cell != nullptr && !cell->looks.empty() &&
+                         cell->looks[0].views >= kMinViews && cell->same <= cell->looks[0].views;
+      if (other) masks.lamp.ptr<unsigned char>(row)[col] = 255;
+    }
   }
+  for (cv::Mat* mask : {&masks.texture, &masks.brightness, &masks.weak}) mask->setTo(0, around);
   return masks;
 }
 
@@ -102,6 +113,19 @@ void ForEachComponent(const cv::Mat& mask, const Visit& visit) {
   for (int i = 1; i < count; ++i) visit(cv::Mat(labels == i));
 }
 
+/// Changed cells with the weak ones that are connected with them, without gaps of one cell.
+cv::Mat Grown(const cv::Mat& changed, const cv::Mat& weak) {
+  cv::Mat grown = cv::Mat::zeros(changed.size(), CV_8UC1);
+  ForEachComponent(changed | weak, [&](const cv::Mat& component) {
+    constexpr int kMinChanged = 2;
+    if (cv::countNonZero(component & changed) >= kMinChanged) grown |= component;
+  });
+  cv::Mat padded;
+  cv::copyMakeBorder(grown, padded, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::morphologyEx(padded, padded, cv::MORPH_CLOSE, cv::Mat());
+  return padded(cv::Rect({1, 1}, changed.size())).clone();
+}
+
 }  // namespace
 
 std::vector<ChangedRegion> FindChanges(const ChangeEvidence& evidence) {
@@ -115,14 +139,10 @@ std::vector<ChangedRegion> FindChanges(const ChangeEvidence& evidence) {
     regions.push_back(builder.Build(component, other_light ? Kind::kLight : Kind::kLamp));
   });
   const cv::Mat changed = masks.texture | masks.brightness;
-  cv::Mat joined;
-  cv::Mat padded;
-  cv::copyMakeBorder(changed, padded, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  cv::morphologyEx(padded, padded, cv::MORPH_CLOSE, cv::Mat());
-  joined = padded(cv::Rect({1, 1}, changed.size())) & ~masks.lamp;
+  const cv::Mat joined = Grown(changed, masks.weak) & ~masks.lamp;
   ForEachComponent(joined, [&](const cv::Mat& component) {
     const cv::Mat seen = component & changed;
-    if (!IsWide(seen)) return;
+    if (!IsWide(component)) return;
     const int cells = cv::countNonZero(seen);
     const int textured = cv::countNonZero(seen & masks.texture);
     constexpr double kMinTextured = 0.25;

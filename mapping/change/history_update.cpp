@@ -123,6 +123,13 @@ class Decision {
     return change;
   }
 
+  [[nodiscard]] bool IsInOtherLight(std::int64_t session) const {
+    const auto& sessions = outcome_.history.sessions;
+    const auto found = std::find_if(
+        sessions.begin(), sessions.end(), [&](const auto& known) { return known.id == session; });
+    return found != sessions.end() && found->other_light;
+  }
+
   void Keep(Change change, Cells cells) {
     change.id = next_id_++;
     change.area = Area(cells);
@@ -169,7 +176,9 @@ class Decision {
           return false;  // it is a part of that
         }
       }
-      return !LooksTheSame(known.cells, evidence_);
+      // At night much looks the same: only a session in the light of the first one contradicts it.
+      return IsInOtherLight(change.first_session) != evidence_.OtherLight() ||
+             !LooksTheSame(known.cells, evidence_);
     }
     if (change.state != Change::State::kConfirmed) return true;
     constexpr double kMostOfIt = 0.5;

@@ -100,7 +100,7 @@ TEST_F(MapUpdaterTest, ABannerIsFoundAndTheMapShowsIt) {
   const store::MapReader after(File());
   const store::MapHistory history = after.ReadHistory();
   ASSERT_EQ(history.changes.size(), 1U);
-  EXPECT_NEAR(history.changes[0].area, 0.36, 0.12);
+  EXPECT_NEAR(history.changes[0].area, 0.36, 0.2);
   EXPECT_EQ(history.changes[0].kind, store::Change::Kind::kSurface);
   for (const cv::Point2d& p : history.changes[0].polygons[0][0]) {
     EXPECT_LT(cv::norm(p - kBanner), 0.3 * std::sqrt(2) + 0.25);
