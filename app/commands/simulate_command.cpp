@@ -367,7 +367,8 @@ Command AddSimulateCommand(CLI::App& program) {
          "Folder, created if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
          "forward.mp4 of a forward camera, omni.mp4 of a camera under a mirror, points.csv of "
          "known points of structures, odometry.csv of wheels, gyro.csv of a gyro, wheels.yaml with "
-         "the true values of both, changes.csv of a scene with sessions: what changed on the ceiling "
+         "the true values of both, changes.csv of a scene with sessions: what changed on the "
+         "ceiling "
          "up to the session, rectangles in metres in the frame of truth.tum")
       ->required()
       ->type_name("DIR")

@@ -135,19 +135,19 @@ class Artist {
       const double width = random.Uniform(0.05, 0.15);
       const double brightness = random.Uniform(0.15, 0.4) * ceiling_.brightness;
       const bool along_x = (random.Bits() & 1U) != 0;
-      drawing.fields.push_back({along_x ? Inside(hole, 0, at, 1, at + width)
-                                        : Inside(hole, at, 0, at + width, 1),
-                                brightness,
-                                0,
-                                0});
+      drawing.fields.push_back(
+          {along_x ? Inside(hole, 0, at, 1, at + width) : Inside(hole, at, 0, at + width, 1),
+           brightness,
+           0,
+           0});
     }
   }
 
   void AddLamp(const CeilingChange& change, CeilingChanges::Drawing& drawing) const {
     const auto column = std::llround(change.area_m.min().x() / ceiling_.tile_length_m);
     const auto row = std::llround(change.area_m.min().y() / ceiling_.tile_width_m);
-    const bool is_on = change.detail != ChangeDetail::kSwitchedOff &&
-                       IsLit(ceiling_, seed_, column, row);
+    const bool is_on =
+        change.detail != ChangeDetail::kSwitchedOff && IsLit(ceiling_, seed_, column, row);
     if (change.look == 0 && IsTiled(ceiling_.kind)) {  // an as-built lamp that was switched
       CeilingTile tile = BuiltTile(ceiling_, seed_, column, row);
       tile.style = is_on ? TileStyle::kLamp : TileStyle::kLampOff;
@@ -218,8 +218,7 @@ CeilingChanges::CeilingChanges(const Scene& scene) : sun_(scene.ceiling.sun) {
   }
 }
 
-std::vector<const CeilingChanges::Drawing*> CeilingChanges::Touching(
-    const SampleGrid& grid) const {
+std::vector<const CeilingChanges::Drawing*> CeilingChanges::Touching(const SampleGrid& grid) const {
   const AlignedBox2d area = GridArea(grid);
   std::vector<const Drawing*> touching;
   for (const Drawing& drawing : drawings_) {

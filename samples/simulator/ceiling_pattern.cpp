@@ -96,7 +96,7 @@ void CeilingPattern::DrawTile(
   const auto joint = static_cast<float>(ceiling_.brightness * (1 - ceiling_.joint_contrast));
   const auto contrast = static_cast<float>(ceiling_.speckle_contrast);
   const float lamp = tile.style == TileStyle::kLamp ? static_cast<float>(ceiling_.lamp_brightness)
-                                                : tile.brightness * 0.55F;
+                                                    : tile.brightness * 0.55F;
   const cv::Mat grain = Grain(tile, part - cv::Point(tile_u, tile_v));
   for (int v = part.y; v < part.y + part.height; ++v) {
     const int y = v - tile_v;

@@ -44,7 +44,8 @@ class CeilingPattern {
   void DrawTiles(const SampleGrid& grid, cv::Mat& light) const;
   /// The texture of a part of a tile, in samples from the tile's corner.
   [[nodiscard]] cv::Mat Grain(const CeilingTile& tile, cv::Rect part) const;
-  void DrawTile(const CeilingTile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const;
+  void DrawTile(
+      const CeilingTile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const;
   void DrawPlaster(const SampleGrid& grid, cv::Mat& light) const;
   void DrawUnevenLight(const SampleGrid& grid, cv::Mat& light) const;
   /// New tiles, which the uneven light falls on as on those before.

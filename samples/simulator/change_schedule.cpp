@@ -81,8 +81,8 @@ class Schedule {
     if (!IsTiled(scene_.ceiling.kind)) return;
     const Ceiling& ceiling = scene_.ceiling;
     if (ceiling.lamp_every_x == 0 || ceiling.lamp_every_y == 0) return;
-    const double count = static_cast<double>(columns_) / ceiling.lamp_every_x * rows_ /
-                         ceiling.lamp_every_y;
+    const double count =
+        static_cast<double>(columns_) / ceiling.lamp_every_x * rows_ / ceiling.lamp_every_y;
     if (count > kMaxLamps) {
       throw InputError(
           fmt::format("ceiling.lamp_every_x = {}, must be greater for a scene with sessions: there "
@@ -101,9 +101,8 @@ class Schedule {
   [[nodiscard]] double CellArea() const { return length_m_ * width_m_; }
 
   [[nodiscard]] double LeastArea(ChangeKind kind) const {
-    return kind == ChangeKind::kBanner
-               ? 0.5 * sessions_.banner_length_m * sessions_.banner_width_m
-               : CellArea();
+    return kind == ChangeKind::kBanner ? 0.5 * sessions_.banner_length_m * sessions_.banner_width_m
+                                       : CellArea();
   }
 
   bool AddOne(ChangeKind kind, double due_m2, Random& random) {
@@ -136,8 +135,7 @@ class Schedule {
     CellBlock block;
     block.column = static_cast<int>(std::floor(area.min().x() / length_m_ + kEdge));
     block.row = static_cast<int>(std::floor(area.min().y() / width_m_ + kEdge));
-    block.columns =
-        static_cast<int>(std::ceil(area.max().x() / length_m_ - kEdge)) - block.column;
+    block.columns = static_cast<int>(std::ceil(area.max().x() / length_m_ - kEdge)) - block.column;
     block.rows = static_cast<int>(std::ceil(area.max().y() / width_m_ - kEdge)) - block.row;
     return block;
   }
@@ -160,16 +158,13 @@ class Schedule {
            });
   }
 
-  void Put(ChangeKind kind,
-           ChangeDetail detail,
-           const AlignedBox2d& area,
-           std::uint64_t look) {
+  void Put(ChangeKind kind, ChangeDetail detail, const AlignedBox2d& area, std::uint64_t look) {
     if (changes_.size() >= kMaxChanges) {
-      throw InputError(fmt::format(
-          "session = {}, must be lower: there are more than {} changes up to it; lower "
-          "sessions.changed_share_per_session",
-          session_,
-          kMaxChanges));
+      throw InputError(
+          fmt::format("session = {}, must be lower: there are more than {} changes up to it; lower "
+                      "sessions.changed_share_per_session",
+                      session_,
+                      kMaxChanges));
     }
     AllOf(Touched(area), [&](const Cell& cell) {
       used_.insert(cell);
@@ -180,8 +175,7 @@ class Schedule {
     changes_.push_back({id, kind, detail, session_, area, look});
   }
 
-  bool AddTiles(
-      ChangeKind kind, ChangeDetail detail, int max_side, double due_m2, Random& random) {
+  bool AddTiles(ChangeKind kind, ChangeDetail detail, int max_side, double due_m2, Random& random) {
     CellBlock block;
     const int due = std::max(1, static_cast<int>(due_m2 / CellArea() + 0.5));
     block.columns = std::min({1 + Below(max_side, random), due, columns_});
@@ -211,9 +205,9 @@ class Schedule {
   std::optional<Cell> FindPlace(const std::optional<Cell>& near, Random& random) const {
     if (columns_ < 1 || rows_ < 1) return std::nullopt;
     for (int i = 0; i < kMaxTries; ++i) {
-      const Cell cell = near ? Cell{near->first - 3 + Below(7, random),
-                                    near->second - 3 + Below(7, random)}
-                             : Cell{Below(columns_, random), Below(rows_, random)};
+      const Cell cell =
+          near ? Cell{near->first - 3 + Below(7, random), near->second - 3 + Below(7, random)}
+               : Cell{Below(columns_, random), Below(rows_, random)};
       if (IsFree({cell.first, cell.second, 1, 1})) return cell;
     }
     return std::nullopt;
@@ -243,9 +237,8 @@ class Schedule {
     LampState& state = lamps_[*lamp];
     if (is_switched) {
       state.is_on = !state.is_on;
-      PutLamp(*lamp,
-              state.is_on ? ChangeDetail::kSwitchedOn : ChangeDetail::kSwitchedOff,
-              state.look);
+      PutLamp(
+          *lamp, state.is_on ? ChangeDetail::kSwitchedOn : ChangeDetail::kSwitchedOff, state.look);
       return true;
     }
     state = {random.Bits() | 1U, true};
@@ -265,8 +258,7 @@ class Schedule {
                          random.Uniform(0, 1) * (room.y() - size.y()));
       const AlignedBox2d area(low, low + size);
       const CellBlock cells = Touched(area);
-      if (low.minCoeff() < 0 ||
-          !AllOf(cells, [&](const Cell& cell) {
+      if (low.minCoeff() < 0 || !AllOf(cells, [&](const Cell& cell) {
             return !used_.contains(cell) && (is_flat || !banners_.contains(cell));
           })) {
         continue;

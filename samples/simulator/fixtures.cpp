@@ -128,14 +128,8 @@ void AddBanners(const Scene& scene, Objects& objects) {
     for (const LightField& field : BannerPrint(change, scene.ceiling.brightness)) {
       const Eigen::Vector2d centre = field.area_m.center();
       const Eigen::Vector2d size = field.area_m.sizes();
-      const Box box{centre.x(),
-                    centre.y(),
-                    size.x(),
-                    size.y(),
-                    low_m,
-                    bottom_m + 0.005,
-                    0,
-                    field.brightness};
+      const Box box{
+          centre.x(), centre.y(), size.x(), size.y(), low_m, bottom_m + 0.005, 0, field.brightness};
       objects.solids.push_back(SolidOf(box, 0));
       low_m = bottom_m - 0.001;
     }

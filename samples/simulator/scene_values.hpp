@@ -141,7 +141,10 @@ void ReadArray(const YamlValue& value, std::string_view key, std::array<double, 
 }
 
 /// A key of one kind only.
-inline void RefuseUnless(bool used, const YamlValue& value, const char* key, std::string_view kind) {
+inline void RefuseUnless(bool used,
+                         const YamlValue& value,
+                         const char* key,
+                         std::string_view kind) {
   const auto given = value.Find(key);
   if (given && !used) {
     given->Fail(fmt::format("absent for kind {}", kind), "remove it, it would have no effect");

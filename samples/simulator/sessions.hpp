@@ -25,11 +25,11 @@ struct Sessions {
   double opening_share = 0.1;
   double lamp_share = 0.1;
   double banner_share = 0.3;
-  int panel_max_tiles = 3;           ///< longest side of a replaced panel
-  double panel_contrast = 0.1;       ///< standard deviation of the brightness of new panels
+  int panel_max_tiles = 3;            ///< longest side of a replaced panel
+  double panel_contrast = 0.1;        ///< standard deviation of the brightness of new panels
   double lamps_switched_share = 0.2;  ///< of the lamp changes; the rest is replaced or moved
   double lamps_moved_share = 0.4;     ///< likewise
-  double banner_length_m = 3;        ///< mean; each is up to 30 % longer or shorter
+  double banner_length_m = 3;         ///< mean; each is up to 30 % longer or shorter
   double banner_width_m = 1;
   double banner_drop_m = 0;  ///< below the ceiling; 0: flat on it
   // The drive.

@@ -26,13 +26,12 @@ Sessions ReadSessions(const YamlValue& value, const Path& path) {
   ReadRows<1>(value, "night_sessions", "session", [&](const double* row) {
     sessions.night_sessions.push_back(SessionNumber(value.At("night_sessions", ""), *row));
   });
-  ReadRows<kMoverFields.size() + 1>(
-      value, "movers", kSessionMoverColumns, [&](const double* row) {
-        const YamlValue list = value.At("movers", "");
-        SessionMover& of = sessions.movers.emplace_back();
-        of.session = SessionNumber(list, row[0]);
-        SetRow(list, kMoverFields, row + 1, of.mover);
-      });
+  ReadRows<kMoverFields.size() + 1>(value, "movers", kSessionMoverColumns, [&](const double* row) {
+    const YamlValue list = value.At("movers", "");
+    SessionMover& of = sessions.movers.emplace_back();
+    of.session = SessionNumber(list, row[0]);
+    SetRow(list, kMoverFields, row + 1, of.mover);
+  });
   if (!(sessions.panel_share + sessions.opening_share + sessions.lamp_share +
             sessions.banner_share >
         0)) {
