@@ -204,6 +204,7 @@ recordings::SimulationFolder::Texts TextsOf(const simulator::Scene& scene,
   if (scene.gyro) texts.gyro = recordings::GyroText(sensors.gyro);
   texts.sensor_truth = simulator::SensorTruthYaml(scene, sensors.gyro);
   texts.changes = simulator::ChangesCsv(scene);
+  texts.disturbances = simulator::DisturbancesCsv(scene);
   return texts;
 }
 

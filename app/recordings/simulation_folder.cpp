@@ -21,15 +21,16 @@ namespace {
 constexpr std::array kFormats{
     RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kImages};
 constexpr std::array kCameraNames{"up", "forward", "omni"};
-constexpr std::array<const char*, 9> kTextNames{"frames.csv",
-                                                "truth.tum",
-                                                "rig.yaml",
-                                                "scene.yaml",
-                                                "points.csv",
-                                                "odometry.csv",
-                                                "gyro.csv",
-                                                "wheels.yaml",
-                                                "changes.csv"};
+constexpr std::array<const char*, 10> kTextNames{"frames.csv",
+                                                 "truth.tum",
+                                                 "rig.yaml",
+                                                 "scene.yaml",
+                                                 "points.csv",
+                                                 "odometry.csv",
+                                                 "gyro.csv",
+                                                 "wheels.yaml",
+                                                 "changes.csv",
+                                                 "disturbances.csv"};
 
 // All names that images of a recording may have.
 std::vector<fs::path> ImageNames() {
@@ -140,7 +141,8 @@ std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& rec
                                                                    &texts.odometry,
                                                                    &texts.gyro,
                                                                    &texts.sensor_truth,
-                                                                   &texts.changes};
+                                                                   &texts.changes,
+                                                                   &texts.disturbances};
   std::vector<std::unique_ptr<AtomicFile>> files;
   for (std::size_t i = 0; i < contents.size(); ++i) {
     if (contents.at(i)->empty()) continue;

@@ -15,8 +15,8 @@ namespace ceilmap::recordings {
 /// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
 /// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`, and
 /// `points.csv` if there are known points; `odometry.csv`, `gyro.csv` and `wheels.yaml` if the
-/// robot has wheels and gyro, and `changes.csv` if the scene has sessions. Other files in it are
-/// not changed.
+/// robot has wheels and gyro, `changes.csv` and `disturbances.csv` if the scene has sessions. Other
+/// files in it are not changed.
 class SimulationFolder {
  public:
   /// The images of one camera, `up`, `forward` or `omni`.
@@ -35,6 +35,7 @@ class SimulationFolder {
     std::string gyro;
     std::string sensor_truth;  ///< wheels.yaml
     std::string changes;
+    std::string disturbances;
   };
 
   /// Creates the folder if it is missing; without Commit() the destructor removes it again.

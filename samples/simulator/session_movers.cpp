@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "samples/simulator/drive.hpp"
 #include "samples/simulator/motion.hpp"
 #include "samples/simulator/path_points.hpp"
@@ -77,7 +77,7 @@ class PasserPlacer {
     mover.length_m = passer.length_m;
     mover.width_m = passer.width_m;
     mover.top_m = std::min(passer.top_m, scene_.room.height_m - 0.3);
-    mover.yaw_deg = std::remainder(yaw_rad * 180 / std::numbers::pi, 360);
+    mover.yaw_deg = std::remainder(yaw_rad * kDegPerRad, 360);
     mover.red = mover.green = mover.blue = grey;
     return mover;
   }

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "samples/simulator/change_schedule.hpp"
 #include "samples/simulator/random.hpp"
@@ -109,6 +110,37 @@ std::string ChangesCsv(const Scene& scene) {
                    high.x(),
                    high.y(),
                    VisibleShare(changes, i));
+  }
+  return text;
+}
+
+std::string DisturbancesCsv(const Scene& scene) {
+  if (!scene.session) return {};
+  std::string text = "kind,x,y,length,width,bottom,top,yaw_deg,velocity_x,velocity_y,from_s,to_s\n";
+  for (const SunPatch& sun : scene.ceiling.sun) {
+    fmt::format_to(std::back_inserter(text),
+                   "sun,{:.6f},{:.6f},{:.6f},{:.6f},,,{:.6f},,,,\n",
+                   sun.x_m,
+                   sun.y_m,
+                   sun.length_m,
+                   sun.width_m,
+                   sun.yaw_rad * kDegPerRad);
+  }
+  for (const Mover& mover : scene.movers) {
+    fmt::format_to(std::back_inserter(text),
+                   "mover,{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f},"
+                   "{:.6f}\n",
+                   mover.x_m,
+                   mover.y_m,
+                   mover.length_m,
+                   mover.width_m,
+                   mover.bottom_m,
+                   mover.top_m,
+                   mover.yaw_deg,
+                   mover.velocity_x_m_s,
+                   mover.velocity_y_m_s,
+                   mover.from_s,
+                   mover.to_s);
   }
   return text;
 }

@@ -70,4 +70,9 @@ void ApplySession(const Sessions& sessions, int session, Scene& scene);
 /// scene has no sessions.
 std::string ChangesCsv(const Scene& scene);
 
+/// disturbances.csv of a scene: what is in view but no change of the ceiling, sun and movers,
+/// `kind,x,y,length,width,bottom,top,yaw_deg,velocity_x,velocity_y,from_s,to_s`, of the columns of
+/// `movers`; those that sun does not have are empty. Empty when the scene has no sessions.
+std::string DisturbancesCsv(const Scene& scene);
+
 }  // namespace ceilmap::simulator

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -205,6 +206,17 @@ TEST(Sessions, TheTableHasALineForEachChange) {
             "id,kind,detail,session,x_min,y_min,x_max,y_max,visible_share\n"
             "1,lamp,taken_away,1,1.800000,3.000000,2.400000,3.600000,0.000000\n"
             "2,lamp,taken_away,7,1.800000,3.000000,2.400000,3.600000,1.000000\n");
+}
+
+TEST(Sessions, TheTableOfDisturbancesHasSunAndMovers) {
+  Scene scene = Hall(0);
+  scene.ceiling.sun.push_back({1, 2, 3, 0.5, std::numbers::pi / 2, 0.6});
+  scene.movers.push_back({4, 5, 0.3, 0.5, 0, 1.75, 30, 1, 1, 1, 0.5, -1, 7, 9});
+  EXPECT_EQ(DisturbancesCsv(scene),
+            "kind,x,y,length,width,bottom,top,yaw_deg,velocity_x,velocity_y,from_s,to_s\n"
+            "sun,1.000000,2.000000,3.000000,0.500000,,,90.000000,,,,\n"
+            "mover,4.000000,5.000000,0.300000,0.500000,0.000000,1.750000,30.000000,0.500000,"
+            "-1.000000,7.000000,9.000000\n");
 }
 
 TEST(Sessions, AreDifferentDrives) {
