@@ -16,8 +16,8 @@ void AddRest(const AlignedBox2d& box, const AlignedBox2d& cover, std::vector<Ali
     rest.push_back(box);
     return;
   }
-  const Vector2d low = hidden.min();
-  const Vector2d high = hidden.max();
+  const Vector2d& low = hidden.min();
+  const Vector2d& high = hidden.max();
   const std::array<AlignedBox2d, 4> sides{
       AlignedBox2d(box.min(), Vector2d(low.x(), box.max().y())),
       AlignedBox2d(Vector2d(high.x(), box.min().y()), box.max()),

@@ -109,8 +109,8 @@ class Artist {
       return;
     }
     const auto index = [](double at, double tile) { return std::llround(at / tile); };
-    const Vector2d low = change.area_m.min();
-    const Vector2d high = change.area_m.max();
+    const Vector2d& low = change.area_m.min();
+    const Vector2d& high = change.area_m.max();
     for (auto row = index(low.y(), ceiling_.tile_width_m);
          row < index(high.y(), ceiling_.tile_width_m);
          ++row) {

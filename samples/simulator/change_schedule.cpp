@@ -177,7 +177,9 @@ class Schedule {
 
   bool AddTiles(ChangeKind kind, ChangeDetail detail, int max_side, double due_m2, Random& random) {
     CellBlock block;
-    const int due = std::max(1, static_cast<int>(due_m2 / CellArea() + 0.5));
+    constexpr double kMaxTiles = 1e6;
+    const long tiles = std::lround(std::min(due_m2 / CellArea(), kMaxTiles));
+    const int due = std::max(1, static_cast<int>(tiles));
     block.columns = std::min({1 + Below(max_side, random), due, columns_});
     block.rows = std::min({1 + Below(max_side, random), due / std::max(1, block.columns), rows_});
     if (block.columns < 1 || block.rows < 1) return false;

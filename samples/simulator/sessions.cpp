@@ -97,8 +97,8 @@ std::string ChangesCsv(const Scene& scene) {
   const std::vector<CeilingChange>& changes = scene.ceiling.changes;
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const CeilingChange& change = changes[i];
-    const Eigen::Vector2d low = change.area_m.min();
-    const Eigen::Vector2d high = change.area_m.max();
+    const Eigen::Vector2d& low = change.area_m.min();
+    const Eigen::Vector2d& high = change.area_m.max();
     fmt::format_to(std::back_inserter(text),
                    "{},{},{},{},{:.6f},{:.6f},{:.6f},{:.6f},{:.6f}\n",
                    change.id,
