@@ -29,6 +29,7 @@
 #include "samples/simulator/renderer.hpp"
 #include "samples/simulator/scene.hpp"
 #include "samples/simulator/sensor_truth.hpp"
+#include "samples/simulator/sessions.hpp"
 #include "samples/simulator/wheels.hpp"
 
 namespace fs = std::filesystem;
@@ -40,7 +41,7 @@ using std::chrono::steady_clock;
 
 struct SimulateOptions {
   fs::path scene;
-  std::optional<std::int64_t> seed;
+  simulator::SceneChoice choice;
   std::optional<int> frames;
   bool lossless = false;
   bool images = false;
@@ -67,8 +68,7 @@ std::vector<simulator::PathPose> ReadPath(const fs::path& tum_file) {
 
 // The scene with the changes by options, and with the path of its TUM file.
 simulator::Scene MakeScene(const std::string& text, const SimulateOptions& params) {
-  simulator::Scene scene = simulator::ParseScene(text, params.scene);
-  if (params.seed) scene.seed = static_cast<std::uint64_t>(*params.seed);
+  simulator::Scene scene = simulator::ParseScene(text, params.scene, params.choice);
   if (params.frames) {
     int& most = scene.path.max_frames;
     most = most == 0 ? *params.frames : std::min(most, *params.frames);
@@ -203,6 +203,8 @@ recordings::SimulationFolder::Texts TextsOf(const simulator::Scene& scene,
   if (scene.wheels) texts.odometry = recordings::OdometryText(sensors.wheels, scene.wheels->kind);
   if (scene.gyro) texts.gyro = recordings::GyroText(sensors.gyro);
   texts.sensor_truth = simulator::SensorTruthYaml(scene, sensors.gyro);
+  texts.changes = simulator::ChangesCsv(scene);
+  texts.disturbances = simulator::DisturbancesCsv(scene);
   return texts;
 }
 
@@ -251,6 +253,10 @@ void Summarize(const RenderReport& report,
     summary.quality["omni_width_px"] = scene.omni->width_px;
     summary.quality["omni_height_px"] = scene.omni->height_px;
   }
+  if (scene.session) {
+    summary.quality["session"] = *scene.session;
+    summary.quality["changes"] = scene.ceiling.changes.size();
+  }
   if (scene.wheels) summary.quality["odometry_samples"] = sensors.wheels.size();
   if (scene.gyro) summary.quality["gyro_samples"] = sensors.gyro.size();
 }
@@ -280,6 +286,11 @@ void PrintReport(const RenderReport& report,
   };
   add_samples("odometry", sensors.wheels.size(), scene.wheels);
   add_samples("gyro", sensors.gyro.size(), scene.gyro);
+  if (scene.session) {
+    table.AddRow({"session",
+                  fmt::format("{}", *scene.session),
+                  fmt::format("with {} changes of the ceiling", scene.ceiling.changes.size())});
+  }
   table.AddRow({"path", fmt::format("{:.3f}", path.length_m), "m"});
   const Eigen::Vector2d extent = path.ground.sizes();
   table.AddRow({"extent", fmt::format("{:.3f} x {:.3f}", extent.x(), extent.y()), "m"});
@@ -309,7 +320,7 @@ void RunSimulate(const SimulateOptions& params,
   const std::vector<StampedPose> poses = TruePoses(frames);
   const MotionSensors sensors(scene, poses.back().stamp_s);
   recordings::SimulationFolder::Texts texts = TextsOf(scene, poses, sensors);
-  texts.scene = recordings::WithSeed(text, params.scene, scene.seed);
+  texts.scene = recordings::TextOf(text, params.scene, scene);
   texts.points = PointsText(renderer.GetObjects().points);
   summary.files = folder.Commit(recordings, texts);
 
@@ -337,8 +348,14 @@ Command AddSimulateCommand(CLI::App& program) {
   cli.add_option("scene", params->scene, "Room, ceiling, camera and path")
       ->required()
       ->type_name("SCENE.yaml");
-  cli.add_option("--seed", params->seed, "Random seed, instead of the scene's")
+  cli.add_option("--seed", params->choice.seed, "Random seed, instead of the scene's")
       ->check(CLI::Range(0, 2147483647))
+      ->type_name("N")
+      ->group(input);
+  cli.add_option("--session",
+                 params->choice.session,
+                 "Session of a scene that changes, instead of the scene's; 0: as built")
+      ->check(CLI::Range(0, simulator::kMaxSession))
       ->type_name("N")
       ->group(input);
   cli.add_option("--frames", params->frames, "Maximum number of frames, from the start")
@@ -351,7 +368,9 @@ Command AddSimulateCommand(CLI::App& program) {
          "Folder, created if missing, for up.mp4, frames.csv, truth.tum, rig.yaml, scene.yaml; and "
          "forward.mp4 of a forward camera, omni.mp4 of a camera under a mirror, points.csv of "
          "known points of structures, odometry.csv of wheels, gyro.csv of a gyro, wheels.yaml with "
-         "the true values of both")
+         "the true values of both, changes.csv of a scene with sessions: what changed on the "
+         "ceiling "
+         "up to the session, rectangles in metres in the frame of truth.tum")
       ->required()
       ->type_name("DIR")
       ->group(result);

@@ -21,14 +21,16 @@ namespace {
 constexpr std::array kFormats{
     RecordingFormat::kVideo, RecordingFormat::kLosslessVideo, RecordingFormat::kImages};
 constexpr std::array kCameraNames{"up", "forward", "omni"};
-constexpr std::array<const char*, 8> kTextNames{"frames.csv",
-                                                "truth.tum",
-                                                "rig.yaml",
-                                                "scene.yaml",
-                                                "points.csv",
-                                                "odometry.csv",
-                                                "gyro.csv",
-                                                "wheels.yaml"};
+constexpr std::array<const char*, 10> kTextNames{"frames.csv",
+                                                 "truth.tum",
+                                                 "rig.yaml",
+                                                 "scene.yaml",
+                                                 "points.csv",
+                                                 "odometry.csv",
+                                                 "gyro.csv",
+                                                 "wheels.yaml",
+                                                 "changes.csv",
+                                                 "disturbances.csv"};
 
 // All names that images of a recording may have.
 std::vector<fs::path> ImageNames() {
@@ -51,14 +53,21 @@ bool HoldsOnlyRecording(const fs::path& images) {
       });
 }
 
-std::uint64_t SeedOf(const std::string& text, const fs::path& file) {
-  return simulator::ParseScene(text, file).seed;
+struct SeedAndSession {
+  std::uint64_t seed = 0;
+  int session = 0;  // 0 also without sessions
+  bool operator==(const SeedAndSession&) const = default;
+};
+
+SeedAndSession Of(const simulator::Scene& scene) {
+  return {scene.seed, scene.session.value_or(0)};
 }
 
-// The line of the seed in a scene in block style; at the beginning if there is none.
-std::string ReplaceSeed(const std::string& text, std::uint64_t seed) {
-  const std::string line = fmt::format("seed: {}", seed);
-  const std::size_t start = text.starts_with("seed:") ? 0 : text.find("\nseed:");
+// The line of a whole number at the top of a scene in block style; at the beginning if there is
+// none.
+std::string ReplaceNumber(const std::string& text, const std::string& key, std::uint64_t number) {
+  const std::string line = fmt::format("{}: {}", key, number);
+  const std::size_t start = text.starts_with(key + ":") ? 0 : text.find("\n" + key + ":");
   if (start == std::string::npos) return line + "\n" + text;
   const std::size_t first = start == 0 ? 0 : start + 1;
   const std::size_t end = text.find_first_of("#\r\n", first);
@@ -131,7 +140,9 @@ std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& rec
                                                                    &texts.points,
                                                                    &texts.odometry,
                                                                    &texts.gyro,
-                                                                   &texts.sensor_truth};
+                                                                   &texts.sensor_truth,
+                                                                   &texts.changes,
+                                                                   &texts.disturbances};
   std::vector<std::unique_ptr<AtomicFile>> files;
   for (std::size_t i = 0; i < contents.size(); ++i) {
     if (contents.at(i)->empty()) continue;
@@ -158,15 +169,23 @@ std::vector<fs::path> SimulationFolder::Commit(const std::vector<Recording>& rec
   return names;
 }
 
-std::string WithSeed(const std::string& text, const fs::path& file, std::uint64_t seed) {
-  if (SeedOf(text, file) == seed) return text;
-  std::string changed = ReplaceSeed(text, seed);
+std::string TextOf(const std::string& text, const fs::path& file, const simulator::Scene& scene) {
+  const SeedAndSession wanted = Of(scene);
+  const SeedAndSession stated = Of(simulator::ParseScene(text, file));
+  if (stated == wanted) return text;
+  std::string changed = text;
+  if (stated.seed != wanted.seed) changed = ReplaceNumber(changed, "seed", wanted.seed);
+  std::string options = stated.seed != wanted.seed ? fmt::format(" --seed {}", wanted.seed) : "";
+  if (stated.session != wanted.session) {
+    changed = ReplaceNumber(changed, "session", static_cast<std::uint64_t>(wanted.session));
+    options += fmt::format(" --session {}", wanted.session);
+  }
   try {
-    if (SeedOf(changed, file) == seed) return changed;
+    if (Of(simulator::ParseScene(changed, file)) == wanted) return changed;
   } catch (const InputError&) {
     // Another style: not changed, only a comment is added.
   }
-  return fmt::format("# rendered with --seed {}\n{}", seed, text);
+  return fmt::format("# rendered with{}\n{}", options, text);
 }
 
 }  // namespace ceilmap::recordings

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -9,13 +8,15 @@
 
 #include "app/files/output_files.hpp"
 #include "app/recordings/recording_writer.hpp"
+#include "samples/simulator/scene.hpp"
 
 namespace ceilmap::recordings {
 
 /// The folder of a simulated recording: for each camera `up.mp4`, `forward.mp4`, `omni.mp4` (or
 /// `up.mkv`, or the images `up/`), and `frames.csv`, `truth.tum`, `rig.yaml`, `scene.yaml`, and
 /// `points.csv` if there are known points; `odometry.csv`, `gyro.csv` and `wheels.yaml` if the
-/// robot has wheels and gyro. Other files in it are not changed.
+/// robot has wheels and gyro, `changes.csv` and `disturbances.csv` if the scene has sessions. Other
+/// files in it are not changed.
 class SimulationFolder {
  public:
   /// The images of one camera, `up`, `forward` or `omni`.
@@ -33,6 +34,8 @@ class SimulationFolder {
     std::string odometry;
     std::string gyro;
     std::string sensor_truth;  ///< wheels.yaml
+    std::string changes;
+    std::string disturbances;
   };
 
   /// Creates the folder if it is missing; without Commit() the destructor removes it again.
@@ -61,10 +64,11 @@ class SimulationFolder {
   bool made_ = false;  // by this object, and not yet committed
 };
 
-/// A scene's text with another seed, so that it gives the same recording without options.
+/// A scene's text with the seed and the session of `scene`, so that it gives the same recording
+/// without options.
 /// @param file  The scene's, for messages.
-std::string WithSeed(const std::string& text,
-                     const std::filesystem::path& file,
-                     std::uint64_t seed);
+std::string TextOf(const std::string& text,
+                   const std::filesystem::path& file,
+                   const simulator::Scene& scene);
 
 }  // namespace ceilmap::recordings

@@ -5,18 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "samples/simulator/built_tile.hpp"
 #include "samples/simulator/random.hpp"
 
 namespace ceilmap::simulator {
 namespace {
-
-bool IsTiled(CeilingKind kind) {
-  return kind == CeilingKind::kTiles || kind == CeilingKind::kPeriodic;
-}
-
-std::uint64_t KeyOf(std::uint64_t seed, Purpose purpose) {
-  return Random(seed, purpose).Bits();
-}
 
 /// Fraction of [from, from + 1] that lies in [low, high].
 double Overlap(double from, double low, double high) {
@@ -27,10 +20,6 @@ std::int64_t FloorDivide(std::int64_t a, std::int64_t b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-bool IsMultiple(std::int64_t index, int every) {
-  return every > 0 && index % every == 0;
-}
-
 }  // namespace
 
 CeilingPattern::CeilingPattern(const Scene& scene, double pitch_m)
@@ -38,7 +27,8 @@ CeilingPattern::CeilingPattern(const Scene& scene, double pitch_m)
       seed_(scene.seed),
       pitch_x_m_(pitch_m),
       pitch_y_m_(pitch_m),
-      features_(scene) {
+      features_(scene),
+      changes_(scene) {
   if (!IsTiled(ceiling_.kind)) return;
   const auto samples = [pitch_m](double tile_m) {
     return std::max(4, static_cast<int>(std::ceil(tile_m / pitch_m - 1e-9)));
@@ -49,7 +39,6 @@ CeilingPattern::CeilingPattern(const Scene& scene, double pitch_m)
   pitch_y_m_ = ceiling_.tile_width_m / tile_rows_;
   along_x_ = MakeProfile(ceiling_.tile_length_m, tile_columns_, ceiling_.joint_m);
   along_y_ = MakeProfile(ceiling_.tile_width_m, tile_rows_, ceiling_.joint_m);
-  vent_share_ = ceiling_.vents_per_100m2 / 100 * ceiling_.tile_length_m * ceiling_.tile_width_m;
 }
 
 CeilingPattern::Profile CeilingPattern::MakeProfile(double tile_m, int samples, double joint_m) {
@@ -72,26 +61,17 @@ CeilingPattern::Profile CeilingPattern::MakeProfile(double tile_m, int samples, 
   return profile;
 }
 
-CeilingPattern::Tile CeilingPattern::TileAt(std::int64_t column, std::int64_t row) const {
-  Tile tile;
-  tile.brightness = static_cast<float>(ceiling_.brightness);
-  tile.grain_key = KeyOf(seed_, Purpose::kSpeckle);
-  const bool lamp =
-      IsMultiple(column, ceiling_.lamp_every_x) && IsMultiple(row, ceiling_.lamp_every_y);
-  if (lamp) tile.style = Style::kLamp;
-  if (ceiling_.kind == CeilingKind::kPeriodic) return tile;
-  Random random(HashAt(KeyOf(seed_, Purpose::kTileStyle), column, row), Purpose::kTileStyle);
-  tile.grain_key = random.Bits();
-  tile.brightness *= static_cast<float>(1 + ceiling_.tile_contrast * random.Normal());
-  const double choice = random.Uniform(0, 1);
-  if (lamp && choice < ceiling_.lamps_off_share) tile.style = Style::kLampOff;
-  if (!lamp && choice < vent_share_) tile.style = Style::kVent;
+CeilingTile CeilingPattern::TileAt(std::int64_t column, std::int64_t row) const {
+  CeilingTile tile = BuiltTile(ceiling_, seed_, column, row);
+  if (tile.style == TileStyle::kLamp && !IsLit(ceiling_, seed_, column, row)) {
+    tile.style = TileStyle::kLampOff;
+  }
   return tile;
 }
 
-cv::Mat CeilingPattern::Grain(const Tile& tile, cv::Rect part) const {
+cv::Mat CeilingPattern::Grain(const CeilingTile& tile, cv::Rect part) const {
   cv::Mat grain(part.size(), CV_32FC1, cv::Scalar(0));
-  if (tile.style != Style::kPanel || ceiling_.speckle_contrast <= 0) return grain;
+  if (tile.style != TileStyle::kPanel || ceiling_.speckle_contrast <= 0) return grain;
   AddGrain(
       tile.grain_key, {part.x, part.y, pitch_x_m_, pitch_y_m_, part.width, part.height}, grain);
   if (!ceiling_.symmetric || part.empty()) return grain;
@@ -112,11 +92,11 @@ cv::Mat CeilingPattern::Grain(const Tile& tile, cv::Rect part) const {
 }
 
 void CeilingPattern::DrawTile(
-    const Tile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const {
+    const CeilingTile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const {
   const auto joint = static_cast<float>(ceiling_.brightness * (1 - ceiling_.joint_contrast));
   const auto contrast = static_cast<float>(ceiling_.speckle_contrast);
-  const float lamp = tile.style == Style::kLamp ? static_cast<float>(ceiling_.lamp_brightness)
-                                                : tile.brightness * 0.55F;
+  const float lamp = tile.style == TileStyle::kLamp ? static_cast<float>(ceiling_.lamp_brightness)
+                                                    : tile.brightness * 0.55F;
   const cv::Mat grain = Grain(tile, part - cv::Point(tile_u, tile_v));
   for (int v = part.y; v < part.y + part.height; ++v) {
     const int y = v - tile_v;
@@ -125,11 +105,11 @@ void CeilingPattern::DrawTile(
     for (int u = part.x; u < part.x + part.width; ++u) {
       const int x = u - tile_u;
       float panel = tile.brightness * along_x_.bevel[x] * along_y_.bevel[y];
-      if (tile.style == Style::kPanel) {
+      if (tile.style == TileStyle::kPanel) {
         panel *= 1 + contrast * speckle[u - part.x];
       } else {
         const float inset = along_x_.inset[x] * along_y_.inset[y];
-        const float inside = tile.style == Style::kVent ? panel * along_y_.slats[y] : lamp;
+        const float inside = tile.style == TileStyle::kVent ? panel * along_y_.slats[y] : lamp;
         panel += inset * (inside - panel);
       }
       const float cover = along_x_.panel[x] * along_y_.panel[y];
@@ -164,11 +144,46 @@ void CeilingPattern::DrawPlaster(const SampleGrid& grid, cv::Mat& light) const {
 }
 
 void CeilingPattern::DrawUnevenLight(const SampleGrid& grid, cv::Mat& light) const {
+  const bool uneven =
+      ceiling_.kind == CeilingKind::kTiles || ceiling_.kind == CeilingKind::kPlaster;
+  if (!uneven || ceiling_.light_contrast <= 0) return;
   cv::Mat factor(light.size(), CV_32FC1, cv::Scalar(1));
-  const std::uint64_t key = KeyOf(seed_, Purpose::kLight);
+  const std::uint64_t key =
+      KeyOf(seed_, ceiling_.is_night ? Purpose::kNightLight : Purpose::kLight);
   AddSplineNoise(key, 4.0, ceiling_.light_contrast * 0.8, grid, factor);
   AddSplineNoise(Mix(key + 1), 1.3, ceiling_.light_contrast * 0.6, grid, factor);
   cv::multiply(light, factor, light);
+}
+
+void CeilingPattern::RedrawTiles(const CeilingChanges::Drawing& change,
+                                 const SampleGrid& grid,
+                                 cv::Mat& light) const {
+  const cv::Rect all(0, 0, grid.columns, grid.rows);
+  cv::Rect drawn;
+  for (const CeilingChanges::NewTile& tile : change.tiles) {
+    const auto u = static_cast<int>(tile.column * tile_columns_ - grid.column0);
+    const auto v = static_cast<int>(tile.row * tile_rows_ - grid.row0);
+    const cv::Rect part = cv::Rect(u, v, tile_columns_, tile_rows_) & all;
+    if (part.empty()) continue;
+    DrawTile(tile.tile, u, v, part, light);
+    drawn |= part;
+  }
+  if (drawn.empty()) return;
+  cv::Mat part = light(drawn);
+  DrawUnevenLight({grid.column0 + drawn.x,
+                   grid.row0 + drawn.y,
+                   grid.pitch_x_m,
+                   grid.pitch_y_m,
+                   drawn.width,
+                   drawn.height},
+                  part);
+}
+
+void CeilingPattern::DrawChanges(const SampleGrid& grid, cv::Mat& light) const {
+  for (const CeilingChanges::Drawing* change : changes_.Touching(grid)) {
+    RedrawTiles(*change, grid, light);
+    CeilingChanges::DrawFields(*change, grid, light);
+  }
 }
 
 cv::Mat CeilingPattern::Sample(std::int64_t column0,
@@ -179,10 +194,10 @@ cv::Mat CeilingPattern::Sample(std::int64_t column0,
   cv::Mat light(rows, columns, CV_32FC1, cv::Scalar(ceiling_.brightness));
   if (IsTiled(ceiling_.kind)) DrawTiles(grid, light);
   if (ceiling_.kind == CeilingKind::kPlaster) DrawPlaster(grid, light);
-  const bool uneven =
-      ceiling_.kind == CeilingKind::kTiles || ceiling_.kind == CeilingKind::kPlaster;
-  if (uneven && ceiling_.light_contrast > 0) DrawUnevenLight(grid, light);
+  DrawUnevenLight(grid, light);
   features_.Draw(grid, light);
+  DrawChanges(grid, light);
+  changes_.DrawSun(grid, light);
   return light;
 }
 

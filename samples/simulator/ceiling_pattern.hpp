@@ -4,6 +4,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "samples/simulator/built_tile.hpp"
+#include "samples/simulator/ceiling_changes.hpp"
 #include "samples/simulator/ceiling_features.hpp"
 #include "samples/simulator/noise.hpp"
 #include "samples/simulator/scene.hpp"
@@ -29,7 +31,6 @@ class CeilingPattern {
                                int rows) const;
 
  private:
-  enum class Style { kPanel, kLamp, kLampOff, kVent };
   /// Along one axis of a tile, by samples.
   struct Profile {
     std::vector<float> panel;  // fraction of the sample inside the joints
@@ -37,20 +38,21 @@ class CeilingPattern {
     std::vector<float> bevel;  // factor of the light at the rounded edge
     std::vector<float> slats;  // factor of the light by the slats of a vent across the axis
   };
-  struct Tile {
-    Style style = Style::kPanel;
-    float brightness = 0;
-    std::uint64_t grain_key = 0;
-  };
 
   static Profile MakeProfile(double tile_m, int samples, double joint_m);
-  [[nodiscard]] Tile TileAt(std::int64_t column, std::int64_t row) const;
+  [[nodiscard]] CeilingTile TileAt(std::int64_t column, std::int64_t row) const;
   void DrawTiles(const SampleGrid& grid, cv::Mat& light) const;
   /// The texture of a part of a tile, in samples from the tile's corner.
-  [[nodiscard]] cv::Mat Grain(const Tile& tile, cv::Rect part) const;
-  void DrawTile(const Tile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const;
+  [[nodiscard]] cv::Mat Grain(const CeilingTile& tile, cv::Rect part) const;
+  void DrawTile(
+      const CeilingTile& tile, int tile_u, int tile_v, cv::Rect part, cv::Mat& light) const;
   void DrawPlaster(const SampleGrid& grid, cv::Mat& light) const;
   void DrawUnevenLight(const SampleGrid& grid, cv::Mat& light) const;
+  /// New tiles, which the uneven light falls on as on those before.
+  void RedrawTiles(const CeilingChanges::Drawing& change,
+                   const SampleGrid& grid,
+                   cv::Mat& light) const;
+  void DrawChanges(const SampleGrid& grid, cv::Mat& light) const;
 
   Ceiling ceiling_;
   std::uint64_t seed_;
@@ -58,10 +60,10 @@ class CeilingPattern {
   double pitch_y_m_;
   int tile_columns_ = 0;  // samples in a tile
   int tile_rows_ = 0;
-  double vent_share_ = 0;
   Profile along_x_;
   Profile along_y_;
   CeilingFeatures features_;
+  CeilingChanges changes_;
 };
 
 }  // namespace ceilmap::simulator

@@ -7,6 +7,7 @@
 #include <map>
 #include <vector>
 
+#include "samples/simulator/ceiling_changes.hpp"
 #include "samples/simulator/random.hpp"
 #include "samples/simulator/structure_run.hpp"
 #include "samples/simulator/structures.hpp"
@@ -117,6 +118,24 @@ std::vector<Box> MakeFixtures(const Scene& scene) {
   return boxes;
 }
 
+/// Banners below the ceiling: a plate, with the print a millimetre lower.
+void AddBanners(const Scene& scene, Objects& objects) {
+  if (scene.ceiling.banner_drop_m == 0) return;
+  const double bottom_m = scene.room.height_m - scene.ceiling.banner_drop_m;
+  for (const CeilingChange& change : scene.ceiling.changes) {
+    if (change.kind != ChangeKind::kBanner) continue;
+    double low_m = bottom_m;
+    for (const LightField& field : BannerPrint(change, scene.ceiling.brightness)) {
+      const Eigen::Vector2d centre = field.area_m.center();
+      const Eigen::Vector2d size = field.area_m.sizes();
+      const Box box{
+          centre.x(), centre.y(), size.x(), size.y(), low_m, bottom_m + 0.005, 0, field.brightness};
+      objects.solids.push_back(SolidOf(box, 0));
+      low_m = bottom_m - 0.001;
+    }
+  }
+}
+
 }  // namespace
 
 Objects MakeObjects(const Scene& scene) {
@@ -124,6 +143,7 @@ Objects MakeObjects(const Scene& scene) {
   for (const Box& box : MakeFixtures(scene)) {
     objects.solids.push_back(SolidOf(box, scene.fixtures.contrast));
   }
+  AddBanners(scene, objects);
   AddBeamPoints(scene, objects.points);
   AddStructures(scene, objects);
   std::map<std::string, int> counts;

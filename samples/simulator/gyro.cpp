@@ -25,7 +25,7 @@ std::vector<GyroSample> MakeGyro(const Scene& scene, double until_s) {
   const Gyro& gyro = *scene.gyro;
   const SampleTimes times = TimesOf(scene, "gyro", gyro.rate_hz, until_s);
   const Motion motion(scene);
-  Random random(scene.seed, Purpose::kGyro);
+  Random random(DriveSeed(scene), Purpose::kGyro);
   double bias_rad_s = gyro.bias_deg_s * kRadPerDeg;
   const double walk_rad_s =
       gyro.bias_walk_deg_s_per_sqrt_s * kRadPerDeg / std::sqrt(gyro.rate_hz);  // of a period

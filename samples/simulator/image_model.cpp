@@ -46,10 +46,11 @@ ImageModel::ImageModel(const Scene& scene, const Camera& camera, PixelPurposes p
     : image_(scene.image),
       start_stamp_s_(scene.path.start_stamp_s),
       scene_start_s_(StartStamp(scene)),
+      phase_(scene.session.value_or(0) * 0.381966),
       exposure_time_s_(camera.exposure_time_s),
       readout_time_s_(camera.readout_time_s),
       warmth_(purposes.warmth),
-      noise_key_(Random(scene.seed, purposes.noise).Bits()),
+      noise_key_(Random(DriveSeed(scene), purposes.noise).Bits()),
       sensitivity_(Sensitivity(scene.image, camera, {scene.seed, purposes.gain})),
       normal_(NormalNumbers({scene.seed, purposes.noise})) {
   for (int i = 0; i <= kNoiseSteps; ++i) {
@@ -67,7 +68,7 @@ double ImageModel::Gain(const Frame& frame) const {
   for (const TimeSpan& dark : image_.dark) {
     if (dark.Contains(frame.stamp_s - scene_start_s_)) return 0;
   }
-  const double turns = (frame.stamp_s - start_stamp_s_) / image_.exposure_period_s;
+  const double turns = (frame.stamp_s - start_stamp_s_) / image_.exposure_period_s + phase_;
   const double slow = std::sin(2 * std::numbers::pi * turns);
   const double drift = 1 + image_.exposure_drift * slow;
   const double balance = 1 + warmth_ * image_.white_balance_drift * slow;

@@ -42,6 +42,7 @@ class ImageModel {
   Image image_;
   double start_stamp_s_;
   double scene_start_s_;  // of the dark times
+  double phase_;          // of the exposure's slow sine, in turns, by the session
   double exposure_time_s_;
   double readout_time_s_;
   int warmth_;

@@ -52,21 +52,40 @@ Points RandomWalk(const Path& path, std::uint64_t seed) {
   return points;
 }
 
-}  // namespace
+/// Moves each point by up to `jitter_m`, but not closer to a wall than half a metre or than it was.
+void Jitter(const Scene& scene, Points& points) {
+  Random random(DriveSeed(scene), Purpose::kSessionDrive);
+  const std::array<double, 2> room{scene.room.length_m, scene.room.width_m};
+  for (std::array<double, 2>& point : points) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double gap = std::min({0.5, point.at(i), room.at(i) - point.at(i)});
+      point.at(i) += scene.path.jitter_m * random.Uniform(-1, 1);
+      point.at(i) = std::clamp(point.at(i), gap, room.at(i) - gap);
+    }
+  }
+}
 
-Points PathPoints(const Scene& scene) {
+Points PlannedPoints(const Scene& scene) {
   switch (scene.path.kind) {
     case PathKind::kLawnmower:
       return Lawnmower(scene.path);
     case PathKind::kLoops:
       return Loops(scene.path);
     case PathKind::kRandomWalk:
-      return RandomWalk(scene.path, scene.seed);
+      return RandomWalk(scene.path, DriveSeed(scene));
     case PathKind::kWaypoints:
     case PathKind::kTum:
       break;
   }
   return scene.path.waypoints_m;
+}
+
+}  // namespace
+
+Points PathPoints(const Scene& scene) {
+  Points points = PlannedPoints(scene);
+  if (scene.path.jitter_m > 0) Jitter(scene, points);
+  return points;
 }
 
 }  // namespace ceilmap::simulator

@@ -38,6 +38,12 @@ enum class Purpose : std::uint64_t {
   kWheels,
   kGyro,
   kGround,
+  kChanges,
+  kNightLamps,
+  kNightLight,
+  kSun,
+  kSessionDrive,
+  kSessionMovers,
 };
 
 /// A well-mixed 64-bit number from any number (splitmix64, Steele et al. 2014).

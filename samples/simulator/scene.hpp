@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calib/lens.hpp"
+#include "samples/simulator/ceiling_change.hpp"
 #include "samples/simulator/motion_sensors.hpp"
 #include "samples/simulator/structure.hpp"
 
@@ -93,6 +94,13 @@ struct Ceiling {
   int marks = 0;
   std::vector<Mark> marks_at;
   std::vector<PlainPart> plain;
+  // The state of a session, by the group `sessions` of a scene file (sessions.hpp); no keys here.
+  std::vector<CeilingChange> changes;
+  double panel_contrast = 0.1;  ///< standard deviation of the brightness of new panels
+  double banner_drop_m = 0;     ///< of the banners below the ceiling; 0: flat on it
+  std::vector<SunPatch> sun;
+  double lamps_lit_share = 1;  ///< of the lamps that are switched on, at night
+  bool is_night = false;       ///< the uneven light has another pattern
 };
 
 /// A box with horizontal bottom, e.g. a lamp, a beam, a duct or a pillar.
@@ -280,6 +288,8 @@ struct Path {
   double turn_rate_deg_s = 45;
   double turn_acceleration_deg_s2 = 90;
   std::vector<Carried> carried;  ///< in the order of their times
+  /// Largest deviation of a corner in x and in y, by session; no key here (sessions.path_jitter_m).
+  double jitter_m = 0;
 };
 
 /// Debris on the floor that the robot drives over. Its tilt is a raised cosine of the axle's
@@ -323,6 +333,8 @@ struct Mover {
 
 struct Scene {
   std::uint64_t seed = 1;  ///< of all random numbers
+  /// The session that is shown, if the scene has the group `sessions`; 0: as built.
+  std::optional<int> session;
   std::string robot = "simulated robot";
   /// Distance of the axle behind the camera mast: the robot turns about base x = -a, so base moves
   /// on circles.
@@ -352,12 +364,26 @@ inline double StartStamp(const Scene& scene) {
   return scene.path.kind == PathKind::kTum ? 0 : scene.path.start_stamp_s;
 }
 
+/// Seed of what differs between the sessions of a scene: noise, jitter of the path, wheels.
+inline std::uint64_t DriveSeed(const Scene& scene) {
+  return scene.seed + (static_cast<std::uint64_t>(scene.session.value_or(0)) << 32U);
+}
+
+/// Replaces what a scene file states.
+struct SceneChoice {
+  std::optional<std::uint64_t> seed;
+  std::optional<int> session;  ///< 0..kMaxSession; the file must have the group `sessions`
+};
+inline constexpr int kMaxSession = 10000;
+
 /// Reads a scene strictly: an unknown key, a key that the selected kind does not use, a wrong type
 /// or an invalid value is an error. The result is valid.
 /// @throws InputError `FILE:LINE: KEY = VALUE, must be ...; how to fix it`
 Scene ReadScene(const std::filesystem::path& file);
 
 /// The same from a text. @param file  its name in messages; relative paths start at its folder.
-Scene ParseScene(const std::string& text, const std::filesystem::path& file);
+Scene ParseScene(const std::string& text,
+                 const std::filesystem::path& file,
+                 const SceneChoice& choice = {});
 
 }  // namespace ceilmap::simulator

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "samples/simulator/scene.hpp"
+#include "samples/simulator/sessions.hpp"
 
 namespace ceilmap::simulator {
 
@@ -270,6 +271,33 @@ inline constexpr std::array kGyroFields{
     Field<Gyro>{"clock_offset_s", &Gyro::clock_offset_s, -1e10, 1e10},
 };
 
+inline constexpr std::array kSessionsFields{
+    Field<Sessions>{"changed_share_per_session", &Sessions::changed_share_per_session, 0, 0.5},
+    Field<Sessions>{"panel_share", &Sessions::panel_share, 0, 1},
+    Field<Sessions>{"opening_share", &Sessions::opening_share, 0, 1},
+    Field<Sessions>{"lamp_share", &Sessions::lamp_share, 0, 1},
+    Field<Sessions>{"banner_share", &Sessions::banner_share, 0, 1},
+    Field<Sessions>{"panel_max_tiles", &Sessions::panel_max_tiles, 1, 20},
+    Field<Sessions>{"panel_contrast", &Sessions::panel_contrast, 0, 0.3},
+    Field<Sessions>{"lamps_switched_share", &Sessions::lamps_switched_share, 0, 1},
+    Field<Sessions>{"lamps_moved_share", &Sessions::lamps_moved_share, 0, 1},
+    Field<Sessions>{"banner_length_m", &Sessions::banner_length_m, 0.3, 20},
+    Field<Sessions>{"banner_width_m", &Sessions::banner_width_m, 0.3, 20},
+    Field<Sessions>{"banner_drop_m", &Sessions::banner_drop_m, 0, 10},
+    Field<Sessions>{"path_jitter_m", &Sessions::path_jitter_m, 0, 100},
+    Field<Sessions>{"exposure_spread", &Sessions::exposure_spread, 0, 1},
+    Field<Sessions>{"interval_s", &Sessions::interval_s, 0, 1e6},
+    Field<Sessions>{"night_every", &Sessions::night_every, 0, kMaxSession},
+    Field<Sessions>{"night_lamps_on_share", &Sessions::night_lamps_on_share, 0, 1},
+    Field<Sessions>{"night_gain", &Sessions::night_gain, 0.1, 1000},
+    Field<Sessions>{"night_exposure_ratio", &Sessions::night_exposure_ratio, 0.1, 100},
+    Field<Sessions>{"night_light_contrast", &Sessions::night_light_contrast, 0, 0.3},
+    Field<Sessions>{"sun_patches", &Sessions::sun_patches, 0, 1000},
+    Field<Sessions>{"sun_gain", &Sessions::sun_gain, 0, 10},
+    Field<Sessions>{"people", &Sessions::people, 0, 100},
+    Field<Sessions>{"masts", &Sessions::masts, 0, 100},
+};
+
 /// Names of the kinds in files, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 4> kCeilingKinds{
     "tiles", "periodic", "plaster", "uniform"};
@@ -294,6 +322,10 @@ inline constexpr std::string_view kSlipColumns = "at_s, duration_s, extra_m";
 inline constexpr std::string_view kMoverColumns =
     "x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, red, green, blue, velocity_x_m_s, "
     "velocity_y_m_s, from_s, to_s";
+
+inline constexpr std::string_view kSessionMoverColumns =
+    "session, x_m, y_m, length_m, width_m, bottom_m, top_m, yaw_deg, red, green, blue, "
+    "velocity_x_m_s, velocity_y_m_s, from_s, to_s";
 
 /// `in [LEAST, MOST]`.
 std::string RangeText(double least, double most);

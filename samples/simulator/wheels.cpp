@@ -98,7 +98,7 @@ class Odometer {
   Odometer(const Scene& scene, double start_s)
       : wheels_(*scene.wheels),
         motion_(scene),
-        encoders_(wheels_, scene.seed),
+        encoders_(wheels_, DriveSeed(scene)),
         T_axle_base_{scene.axle_behind_mast_m, 0, 0},
         time_s_(start_s),
         T_path_axle_(motion_.AxleAt(start_s)),

@@ -213,6 +213,27 @@ TEST_F(SimulateTest, StructuresHaveKnownPoints) {
               ElementsAre("frames.csv", "rig.yaml", "scene.yaml", "truth.tum", "up.mp4"));
 }
 
+TEST_F(SimulateTest, SessionsOfACeilingThatChanges) {
+  folder_.Write("hall.yaml",
+                kScene + "session: 1   # of 9\nsessions: {changed_share_per_session: 0.1}\n");
+  Simulate({"hall.yaml", "-o", "one", "--frames", "2", "--pictures"});
+  Simulate({"hall.yaml", "-o", "three", "--frames", "2", "--pictures", "--session", "3"});
+  const auto changes = files::ReadCsv(folder_ / "one/changes.csv");
+  const auto later = files::ReadCsv(folder_ / "three/changes.csv");
+  ASSERT_GT(later.rows.size(), changes.rows.size());
+  ASSERT_GT(changes.rows.size(), 0U);
+  EXPECT_EQ(later.rows[0].fields, changes.rows[0].fields);
+  // The scene beside the recording is that of the session.
+  EXPECT_THAT(ReadAll(folder_ / "three/scene.yaml"), HasSubstr("\nsession: 3  # of 9\n"));
+  Simulate({"three/scene.yaml", "-o", "again", "--frames", "2", "--pictures"});
+  EXPECT_EQ(ReadAll(folder_ / "again/changes.csv"), ReadAll(folder_ / "three/changes.csv"));
+  EXPECT_EQ(ReadAll(folder_ / "again/up/000001.png"), ReadAll(folder_ / "three/up/000001.png"));
+  const support::ProcessResult refused =
+      Run({"simulate", "scene.yaml", "-o", "none", "--session", "1"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("scene.yaml: has no group sessions to select session 1 of"));
+}
+
 // A CSV file of numbers, without its header.
 std::vector<std::vector<double>> NumbersIn(const std::filesystem::path& file) {
   const files::CsvTable table = files::ReadCsv(file);
