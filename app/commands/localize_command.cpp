@@ -8,6 +8,7 @@
 #include "app/commands/frame_option.hpp"
 #include "app/commands/localize_files.hpp"
 #include "app/commands/localize_tally.hpp"
+#include "app/commands/plan_option.hpp"
 #include "app/commands/sensor_options.hpp"
 #include "app/commands/settings_options.hpp"
 #include "app/files/arguments.hpp"
@@ -57,6 +58,7 @@ struct LocalizeOptions {
   bool stream = false;
   bool predicted = false;
   FrameOption frame;
+  PlanOption plan;
   live::WatchOptions watch;
   SettingsOptions settings;
 
@@ -67,8 +69,10 @@ struct LocalizeOptions {
   [[nodiscard]] LocalizeOutputs Outputs(const std::optional<survey::SiteFrame>& site) const {
     return {output, sensors.uncompensated, status, hypotheses, predicted, stream, site};
   }
-  // The building's coordinates for --frame site. @throws InputError when the map has none.
+  // The building's coordinates for --frame site, and for the page. @throws InputError when the map
+  // has none, or the plan cannot be read.
   [[nodiscard]] std::optional<survey::SiteFrame> Site() const;
+  [[nodiscard]] std::optional<reports::PageSite> SiteOfPage() const;
 };
 
 void LocalizeOptions::Check(files::Existing existing) const {
@@ -108,6 +112,9 @@ void LocalizeOptions::Check(files::Existing existing) const {
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
+  if (!plan.plan.empty() && watch.report.empty() && !watch.Live()) {
+    throw InputError("--plan: is drawn on the page; give --report DIR too");
+  }
   files::CheckOutputFiles(
       {output, sensors.uncompensated, status, hypotheses, sensors.wheels.rig_out}, existing);
   watch.Check(existing);
@@ -116,6 +123,13 @@ void LocalizeOptions::Check(files::Existing existing) const {
 std::optional<survey::SiteFrame> LocalizeOptions::Site() const {
   if (frame.Value() == store::Frame::kMap) return std::nullopt;
   return *store::SiteOf(store::MapReader(map), frame.Value());
+}
+
+std::optional<reports::PageSite> LocalizeOptions::SiteOfPage() const {
+  const bool shown = !watch.report.empty() || watch.Live();
+  const bool in_map = frame.Value() == store::Frame::kMap && plan.plan.empty();
+  if (!shown || in_map) return std::nullopt;
+  return plan.Site(store::MapReader(map), frame.Value());
 }
 
 localization::LocalizerParams LocalizeOptions::ForLocalizer(
@@ -192,12 +206,14 @@ void WarnOfScale(const calib::Rig& rig,
 }
 
 // Initial content of the live page: the map.
-page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader& map) {
+page::PageData StartOfPage(const LocalizeOptions& params,
+                           const store::MapReader& map,
+                           const std::optional<reports::PageSite>& site) {
   page::PageData page;
   page.title = fmt::format("{} on {}",
                            fs::path(params.up).filename().string(),
                            fs::path(WithoutSecrets(params.map.string())).filename().string());
-  if (params.watch.Live()) reports::AddMap(map, page);
+  if (params.watch.Live()) reports::AddMap(map, site, page);
   return page;
 }
 
@@ -252,6 +268,7 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
   const std::optional<survey::SiteFrame> site = params.Site();
+  const std::optional<reports::PageSite> site_of_page = params.SiteOfPage();
   localizer_params.localization = params.ForLocalizer(settings.localization, site);
   std::optional<calib::Rig> rig = RigFor(params);
   const recordings::SensorFiles files = FilesFor(params);
@@ -269,7 +286,11 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
 
   reports::LocalizeResult result;
   LocalizeFiles results(params.Outputs(site), calib::LevelView(localizer.View()));
-  live::RunWatch watch(params.watch, params.up, StartOfPage(params, map), localizer.View());
+  live::RunWatch watch(params.watch,
+                       params.up,
+                       StartOfPage(params, map, site_of_page),
+                       localizer.View(),
+                       site_of_page);
   if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
   if (!params.rig_from_bag) {
     recordings::PrintCameraDifferences(*rig, params.up, params.bags.Topic("up"), files);
@@ -378,6 +399,7 @@ Command AddLocalizeCommand(CLI::App& program) {
                "Write poses also where --odometry alone knows them (status predicted)")
       ->group(result);
   params->watch.AddTo(cli, result);
+  params->plan.AddTo(cli)->group(result);
   params->settings.AddTo(cli);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunLocalize(*params, common, summary);
