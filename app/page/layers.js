@@ -256,8 +256,8 @@ function pageLayers(model, panes, map) {
     key: 'heights', text: 'Height above the floor',
     swatch: ['band', `rgb(${heightColours[2].join()})`], legend: heightLegend(model.heights),
     shown: false, draw: () => drawHeights(model.heights)}];
-  const fixed = [...plan, ...ceiling, ...qualityLayers(model, panes), ...graphLayers(model, panes, map)];
-  const taken = new Set(['mosaic', 'views', ...fixed.map((layer) => layer.key)]);
+  const fixed = [...ceiling, ...qualityLayers(model, panes), ...graphLayers(model, panes, map)];
+  const taken = new Set(['mosaic', 'plan', 'views', ...fixed.map((layer) => layer.key)]);
   const order = {truth: 0, before: 1, run: 2};
   const sorted = [...model.paths].sort((a, b) => order[a.role] - order[b.role]);
   const runs = sorted.filter((path) => path.role === 'run');
@@ -267,5 +267,5 @@ function pageLayers(model, panes, map) {
             swatch: [path.role === 'before' ? 'dashes' : 'line', colour], shown: true,
             draw: () => drawPath(path, colour, runs.indexOf(path), panes)};
   });
-  return [...paths, ...fixed];
+  return [...plan, ...paths, ...fixed];
 }

@@ -17,11 +17,11 @@ using support::ReadAll;
 using testing::HasSubstr;
 
 /// x_site = 1000 - y, y_site = 2000 + x.
-constexpr char kPoints[] =
+constexpr char kExactPoints[] =
     "name,x,y,site_x,site_y\nA,0,0,1000,2000\nB,3,0,1000,2003\nC,3,2,998,2003\nD,0,2,998,2000\n";
 
 /// A drawing of one wall from (995, 1999) to (1005, 1999).
-constexpr char kDrawing[] =
+constexpr char kWallDrawing[] =
     "0\nSECTION\n2\nENTITIES\n0\nLINE\n8\nwalls\n10\n995.0\n20\n1999.0\n11\n1005.0\n21\n1999.0\n"
     "0\nENDSEC\n0\nEOF\n";
 
@@ -29,8 +29,8 @@ class PlanPage : public testing::Test {
  protected:
   void SetUp() override {
     store::synthetic::SmallMap().Write(test_.out / "m.gpkg");
-    test_.out.Write("points.csv", kPoints);
-    test_.out.Write("plan.dxf", kDrawing);
+    test_.out.Write("points.csv", kExactPoints);
+    test_.out.Write("plan.dxf", kWallDrawing);
     std::string truth;
     std::string in_map;
     std::string in_site;

@@ -87,7 +87,11 @@ class SitePage : public PageInBrowser {
         "const map = document.getElementById('map').getBoundingClientRect();"
         "const [x, y] = ceilmap.pixelOf(arguments[1], arguments[2]);"
         "const factor = canvas.width / box.width;"
-        "const pixels = canvas.getContext('2d').getImageData("
+        "const copy = document.createElement('canvas');"
+        "[copy.width, copy.height] = [canvas.width, canvas.height];"
+        "const context = copy.getContext('2d', {willReadFrequently: true});"
+        "context.drawImage(canvas, 0, 0);"
+        "const pixels = context.getImageData("
         "  Math.round((x + 1 + map.left - box.left) * factor) - 1,"
         "  Math.round((y + 1 + map.top - box.top) * factor) - 1, 3, 3).data;"
         "return Math.max(...pixels.filter((_, i) => i % 4 === 3))",
@@ -131,8 +135,8 @@ TEST_F(SitePage, ThePointerShowsCoordinatesOfTheBuilding) {
   double x = 0;
   double y = 0;
   ASSERT_EQ(std::sscanf(text.c_str(), "x %lf \u00b7 y %lf m", &x, &y), 2) << text;
-  EXPECT_NEAR(x, place.x(), 0.1);
-  EXPECT_NEAR(y, place.y(), 0.1);
+  EXPECT_NEAR(x, place.x(), 0.2);
+  EXPECT_NEAR(y, place.y(), 0.2);
   EXPECT_THAT(text, HasSubstr("height 3.50 m"));
   const Eigen::Vector2d other = Placed(1, 2);
   EXPECT_EQ(
