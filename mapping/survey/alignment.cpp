@@ -11,6 +11,7 @@
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/field_check.hpp"
+#include "calib/base/one_line.hpp"
 #include "calib/base/planar_fit.hpp"
 
 namespace ceilmap::survey {
@@ -312,18 +313,18 @@ void CheckPoints(const std::vector<ControlPoint>& points) {
     if (point.name.empty() || !names.insert(point.name).second) {
       throw InputError(point.name.empty()
                            ? "a point has no name"
-                           : fmt::format("two points have the name '{}'", point.name));
+                           : fmt::format("two points have the name '{}'", Shown(point.name)));
     }
     const auto within = [](const Eigen::Vector2d& p) {
       return std::abs(p.x()) <= kMaxCoordinate && std::abs(p.y()) <= kMaxCoordinate;
     };
     if (!within(point.p_map) || !within(point.p_site)) {
       throw InputError(fmt::format(
-          "point '{}': the coordinates must be within {:g}", point.name, kMaxCoordinate));
+          "point '{}': the coordinates must be within {:g}", Shown(point.name), kMaxCoordinate));
     }
     if (point.sigma_m != 0 && !(point.sigma_m >= kMinSigmaM && point.sigma_m <= kMaxSigmaM)) {
       throw InputError(fmt::format("point '{}': sigma_m = {}, must be in {:g}..{:g}, or 0",
-                                   point.name,
+                                   Shown(point.name),
                                    point.sigma_m,
                                    kMinSigmaM,
                                    kMaxSigmaM));
