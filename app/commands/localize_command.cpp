@@ -69,10 +69,8 @@ struct LocalizeOptions {
   [[nodiscard]] LocalizeOutputs Outputs(const std::optional<survey::SiteFrame>& site) const {
     return {output, sensors.uncompensated, status, hypotheses, predicted, stream, site};
   }
-  // The building's coordinates for --frame site, and for the page. @throws InputError when the map
-  // has none, or the plan cannot be read.
+  // The building's coordinates for --frame site. @throws InputError when the map has none.
   [[nodiscard]] std::optional<survey::SiteFrame> Site() const;
-  [[nodiscard]] std::optional<reports::PageSite> SiteOfPage() const;
 };
 
 void LocalizeOptions::Check(files::Existing existing) const {
@@ -112,9 +110,7 @@ void LocalizeOptions::Check(files::Existing existing) const {
           fmt::format("{}: is read by this run and cannot be its result too", target.string()));
     }
   }
-  if (!plan.plan.empty() && watch.report.empty() && !watch.Live()) {
-    throw InputError("--plan: is drawn on the page; give --report DIR too");
-  }
+  plan.CheckHasPage(watch.HasPage());
   files::CheckOutputFiles(
       {output, sensors.uncompensated, status, hypotheses, sensors.wheels.rig_out}, existing);
   watch.Check(existing);
@@ -123,13 +119,6 @@ void LocalizeOptions::Check(files::Existing existing) const {
 std::optional<survey::SiteFrame> LocalizeOptions::Site() const {
   if (frame.Value() == store::Frame::kMap) return std::nullopt;
   return *store::SiteOf(store::MapReader(map), frame.Value());
-}
-
-std::optional<reports::PageSite> LocalizeOptions::SiteOfPage() const {
-  const bool shown = !watch.report.empty() || watch.Live();
-  const bool in_map = frame.Value() == store::Frame::kMap && plan.plan.empty();
-  if (!shown || in_map) return std::nullopt;
-  return plan.Site(store::MapReader(map), frame.Value());
 }
 
 localization::LocalizerParams LocalizeOptions::ForLocalizer(
@@ -268,7 +257,10 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   summary.settings = SettingsJson(settings, {"localization", "sensors"});
   robot::CeilingLocalizerParams localizer_params;
   const std::optional<survey::SiteFrame> site = params.Site();
-  const std::optional<reports::PageSite> site_of_page = params.SiteOfPage();
+  std::optional<reports::PageSite> page_site;
+  if (params.watch.HasPage()) {
+    page_site = params.plan.Site(store::MapReader(params.map), params.frame.Value());
+  }
   localizer_params.localization = params.ForLocalizer(settings.localization, site);
   std::optional<calib::Rig> rig = RigFor(params);
   const recordings::SensorFiles files = FilesFor(params);
@@ -286,11 +278,8 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
 
   reports::LocalizeResult result;
   LocalizeFiles results(params.Outputs(site), calib::LevelView(localizer.View()));
-  live::RunWatch watch(params.watch,
-                       params.up,
-                       StartOfPage(params, map, site_of_page),
-                       localizer.View(),
-                       site_of_page);
+  page::PageData page = StartOfPage(params, map, page_site);
+  live::RunWatch watch(params.watch, params.up, std::move(page), localizer.View(), page_site);
   if (!params.rig.empty()) recordings::PrintRigWarnings(*rig);
   if (!params.rig_from_bag) {
     recordings::PrintCameraDifferences(*rig, params.up, params.bags.Topic("up"), files);

@@ -18,6 +18,11 @@ CLI::Option* PlanOption::AddTo(CLI::App& cli) {
       ->type_name("FILE");
 }
 
+void PlanOption::CheckHasPage(bool has_page) const {
+  if (plan.empty() || has_page) return;
+  throw InputError("--plan: is drawn on the page; give --report DIR too");
+}
+
 std::optional<reports::PageSite> PlanOption::Site(const store::MapReader& map,
                                                   store::Frame frame) const {
   if (plan.empty() && frame == store::Frame::kMap) return std::nullopt;

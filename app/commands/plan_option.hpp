@@ -16,6 +16,8 @@ struct PlanOption {
   std::filesystem::path plan;
 
   CLI::Option* AddTo(CLI::App& cli);
+  /// @throws InputError for a plan without a page. @param has_page  The command writes one.
+  void CheckHasPage(bool has_page) const;
   /// What the page needs; nothing for a page in the map's coordinates.
   /// @param frame  Of the results: also without a plan, the page has those of Frame::kSite.
   /// @throws InputError when the map has no alignment, or the plan cannot be read.

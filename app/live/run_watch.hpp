@@ -30,6 +30,7 @@ struct WatchOptions {
   /// Checks the options before the run. @throws InputError
   void Check(files::Existing existing) const;
   [[nodiscard]] bool Live() const { return live || !live_at.empty(); }
+  [[nodiscard]] bool HasPage() const { return Live() || !report.empty(); }
 };
 
 /// Observes a run of `map` or `localize`: keeps its frames for the report, and shows them on the

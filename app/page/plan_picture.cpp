@@ -63,6 +63,7 @@ std::vector<Line> LinesOf(const store::SitePlan& plan, std::size_t max_points) {
   constexpr double kFinestM = 1e-3;
   for (double tolerance = kFinestM;; tolerance *= 2) {
     std::vector<Line> lines;
+    lines.reserve(plan.lines.size());
     std::size_t points = 0;
     for (const std::vector<Eigen::Vector2d>& drawn : plan.lines) {
       const std::vector<Eigen::Vector2d> line = FinitePoints(drawn);
