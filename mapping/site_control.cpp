@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "calib/base/error.hpp"
+#include "calib/base/one_line.hpp"
 #include "mapping/graph/control_points.hpp"
 
 namespace ceilmap::mapping {
@@ -32,7 +33,7 @@ SeenPoint NearestView(const graph::MapGraph& graph,
   }
   if (!(nearest <= reach)) {
     throw InputError(fmt::format("point '{}' at {:.3f}, {:.3f} lies outside the map",
-                                 point.name,
+                                 Shown(point.name),
                                  point.p_map.x(),
                                  point.p_map.y()));
   }

@@ -32,7 +32,7 @@ rows=(
     mapping/survey mapping/graph mapping/registration calib calib/wheels calib/base"
   "samples/simulator: calib calib/base"
   "app/evaluation: calib/base"
-  "app/page: mapping/store mapping/graph"
+  "app/page: mapping/store mapping/graph calib/base"
   "app/manual:"
   "app/terminal: calib/base"
   "app/bags: calib/base"

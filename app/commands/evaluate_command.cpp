@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "app/commands/commands.hpp"
+#include "app/commands/frame_option.hpp"
+#include "app/commands/plan_option.hpp"
 #include "app/files/arguments.hpp"
 #include "app/files/csv.hpp"
 #include "app/files/output_files.hpp"
@@ -38,6 +40,8 @@ const std::map<std::string, Alignment> kAlignments = {{"none", Alignment::kNone}
 struct EvaluateOptions {
   reports::ComparisonInputs comparison;
   fs::path map;
+  FrameOption frame;  // of the first estimate
+  PlanOption plan;
   std::string align = "se2";
   std::string offset;
   std::string segments = "1,2,5,10";
@@ -54,8 +58,25 @@ reports::ClockOffset ParseOffset(const std::string& text) {
   return offset;
 }
 
-// With a map, all paths are shown in its frame, which is the frame of the first estimate.
-reports::ShownFrame ShownOn(const store::MapReader* map) {
+// The map below the paths. The page is in its frame or in that of the building, figures in its own.
+struct ShownMap {
+  explicit ShownMap(const EvaluateOptions& params)
+      : map(params.map), site(params.plan.Site(map, params.frame.Value())) {
+    if (!site) return;
+    const Similarity2& S_site_map = site->frame.S_site_map;
+    const bool run_in_site = params.frame.Value() == store::Frame::kSite;
+    (run_in_site ? S_map_run : S_page_run) = run_in_site ? S_site_map.Inverse() : S_site_map;
+  }
+
+  store::MapReader map;
+  std::optional<reports::PageSite> site;  // of the page
+  Similarity2 S_map_run;                  // from the frame of the first estimate
+  Similarity2 S_page_run;
+};
+
+// With a map, all paths are shown in the frame of the first estimate, or in one that is known from
+// it.
+reports::ShownFrame ShownOn(const ShownMap* map) {
   return map != nullptr ? reports::ShownFrame::kFirstRun : reports::ShownFrame::kTruth;
 }
 
@@ -70,7 +91,7 @@ void PrintReport(const reports::Comparison& comparison) {
 
 // Paths of the estimates with positions, over the mosaic of a map if there is one.
 void DrawFigures(const reports::Comparison& comparison,
-                 const store::MapReader* map,
+                 const ShownMap* map,
                  const fs::path& folder,
                  terminal::Summary& summary) {
   std::vector<reports::ComparedRun> runs;
@@ -78,25 +99,30 @@ void DrawFigures(const reports::Comparison& comparison,
     if (estimate.errors) runs.push_back({estimate.file.name, &*estimate.errors});
   }
   if (runs.empty()) return;
-  const reports::ShownFrame frame = ShownOn(map);
-  figures::TrajectoryComparison shown = reports::ComparisonFor(comparison.truth, runs, frame);
+  const Similarity2 T_shown_truth =
+      reports::T_shown_truth(runs, ShownOn(map), map != nullptr ? map->S_map_run : Similarity2());
+  figures::TrajectoryComparison shown =
+      reports::ComparisonFor(comparison.truth, runs, T_shown_truth);
   if (comparison.compensation) {
-    shown.before =
-        reports::FigurePosesBefore(comparison.truth,
-                                   comparison.compensation->estimates.front().compensation,
-                                   reports::T_shown_truth(runs, frame));
+    shown.before = reports::FigurePosesBefore(
+        comparison.truth, comparison.compensation->estimates.front().compensation, T_shown_truth);
   }
-  reports::DrawTrajectoryFigures(std::move(shown), map, folder, summary);
+  reports::DrawTrajectoryFigures(
+      std::move(shown), map != nullptr ? &map->map : nullptr, folder, summary);
 }
 
 reports::ReportFile PageFile(const reports::Comparison& comparison,
-                             const store::MapReader* map,
+                             const ShownMap* map,
                              const EvaluateOptions& params) {
-  const std::string unit = map != nullptr ? map->Metadata().unit : "m";
-  page::PageData data = reports::ComparisonPage(
-      comparison, reports::ComparisonTables(comparison), ShownOn(map), unit);
+  const bool in_map = map != nullptr && !map->site;
+  const std::string unit = in_map ? map->map.Metadata().unit : "m";
+  page::PageData data = reports::ComparisonPage(comparison,
+                                                reports::ComparisonTables(comparison),
+                                                ShownOn(map),
+                                                unit,
+                                                map != nullptr ? map->S_page_run : Similarity2());
   data.note = fmt::format("Truth: {}; aligned: {}", params.comparison.truth.string(), params.align);
-  if (map != nullptr) reports::AddMap(*map, data);
+  if (map != nullptr) reports::AddMap(map->map, map->site, data);
   return {"index.html", page::WritePage(data)};
 }
 
@@ -110,8 +136,8 @@ void RunEvaluate(EvaluateOptions params, const CommonOptions& common, terminal::
   evaluation.segments.lengths_m = files::ParsePositiveNumbers(params.segments, "--segments");
   params.comparison.offset = ParseOffset(params.offset);
   if (!params.report.empty()) files::CheckOutputFolder(params.report, common.Existing());
-  std::optional<store::MapReader> map;
-  if (!params.map.empty()) map.emplace(params.map);
+  std::optional<ShownMap> map;
+  if (!params.map.empty()) map.emplace(params);
 
   const reports::Comparison comparison = reports::Compare(params.comparison);
   for (const reports::ComparedEstimate& estimate : comparison.estimates) {
@@ -119,7 +145,7 @@ void RunEvaluate(EvaluateOptions params, const CommonOptions& common, terminal::
   }
   summary.quality = reports::ComparisonJson(comparison, params.comparison, params.align);
   if (!params.report.empty()) {
-    const store::MapReader* const under = map ? &*map : nullptr;
+    const ShownMap* const under = map ? &*map : nullptr;
     std::vector<reports::ReportFile> files = {PageFile(comparison, under, params)};
     for (reports::ReportFile& file : reports::ReportFiles(comparison, summary.quality)) {
       files.push_back(std::move(file));
@@ -143,6 +169,7 @@ Command AddEvaluateCommand(CLI::App& program) {
       "  ceilmap evaluate --truth truth.tum --before uncompensated.tum fused=compensated.tum -o "
       "table\n"
       "  ceilmap evaluate --truth second.tum --frame-from map-truth.tum map.tum status.csv\n"
+      "  ceilmap evaluate --truth truth.tum robot.tum --map lab.gpkg --plan lab.dxf -o report\n"
       "An estimate is a trajectory (TUM, or a bag with poses), a status file of localize, or "
       "headings (CSV).");
   auto params = std::make_shared<EvaluateOptions>();
@@ -165,11 +192,15 @@ Command AddEvaluateCommand(CLI::App& program) {
                "T0 is of another run, with a map of its own ('map --tilt none'): it and each "
                "estimate are aligned by their own level parts")
       ->needs("--before");
-  cli.add_option("--map",
-                 params->map,
-                 "Map of the first estimate: its mosaic is the background of "
-                 "the paths")
-      ->type_name("MAP.gpkg");
+  CLI::Option* const map =
+      cli.add_option("--map",
+                     params->map,
+                     "Map of the first estimate: its mosaic is the background of the paths")
+          ->type_name("MAP.gpkg");
+  params->frame.AddTo(cli)->needs(map)->description(
+      "Coordinates of the estimates, and of the page: of the map, or of the building "
+      "(localize --frame site)");
+  params->plan.AddTo(cli)->needs(map);
   CLI::Option* const align =
       cli.add_option(
              "--align", params->align, "Alignment of estimates with the truth, except --before")

@@ -53,11 +53,11 @@ void ExportOptions::Check() const {
         "--format postgis writes into a database; give -o 'PG:host=HOST dbname=NAME user=USER'");
   }
   const bool has_frame = format == "geotiff" || format == "cog" || format == "heights" ||
-                         format == "ros" || format == "tum";
+                         format == "ros" || format == "tum" || ToDatabase();
   if (frame.Value() == store::Frame::kSite && !has_frame) {
     throw InputError(fmt::format(
-        "--frame site is for the formats geotiff, cog, heights, ros and tum; {} is in the map's "
-        "coordinates",
+        "--frame site is for the formats geotiff, cog, heights, ros, tum and postgis; {} is in the "
+        "map's coordinates",
         format));
   }
 }
@@ -118,9 +118,10 @@ void WriteDatabase(const store::MapReader& map,
   options.name = params.name.empty() ? fs::path(WithoutSecrets(params.map.string())).stem().string()
                                      : params.name;
   options.replace = replace;
+  options.frame = params.frame.Value();
   if (!params.mosaic.empty()) {
     options.mosaic = fs::absolute(params.mosaic).string();
-    options.before_writing = [&] { store::ExportCog(map, params.mosaic); };
+    options.before_writing = [&] { store::ExportCog(map, params.mosaic, options.frame); };
   }
   store::ExportPostgis(map, params.output.string(), options);
   summary.quality["database"] = WithoutSecrets(params.output.string());

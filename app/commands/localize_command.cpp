@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <utility>
 
 #include "app/commands/commands.hpp"
 #include "app/commands/frame_option.hpp"
 #include "app/commands/localize_files.hpp"
 #include "app/commands/localize_run.hpp"
+#include "app/commands/plan_option.hpp"
 #include "app/files/output_files.hpp"
 #include "app/live/run_watch.hpp"
 #include "app/reports/localize_report.hpp"
@@ -29,6 +31,7 @@ struct LocalizeOptions {
   bool stream = false;
   bool predicted = false;
   FrameOption frame;
+  PlanOption plan;
   live::WatchOptions watch;
 
   // Checks everything that can be checked without the recording. @throws InputError
@@ -53,6 +56,7 @@ void LocalizeOptions::Check(files::Existing existing) const {
   const std::vector<fs::path> outputs = {
       output, sensors.uncompensated, status, hypotheses, sensors.wheels.rig_out};
   inputs.CheckOutputs(outputs);
+  plan.CheckHasPage(watch.HasPage());
   files::CheckOutputFiles(outputs, existing);
   watch.Check(existing);
 }
@@ -63,13 +67,15 @@ std::optional<survey::SiteFrame> LocalizeOptions::Site() const {
 }
 
 // Initial content of the live page: the map.
-page::PageData StartOfPage(const LocalizeOptions& params, const store::MapReader& map) {
+page::PageData StartOfPage(const LocalizeOptions& params,
+                           const store::MapReader& map,
+                           const std::optional<reports::PageSite>& site) {
   page::PageData page;
   page.title =
       fmt::format("{} on {}",
                   fs::path(params.inputs.up).filename().string(),
                   fs::path(WithoutSecrets(params.inputs.map.string())).filename().string());
-  if (params.watch.Live()) reports::AddMap(map, page);
+  if (params.watch.Live()) reports::AddMap(map, site, page);
   return page;
 }
 
@@ -78,12 +84,17 @@ void RunLocalize(LocalizeOptions params, const CommonOptions& common, terminal::
   inputs.sensors.TakeBag(inputs.bags, inputs.up);
   params.Check(common.Existing());
   const std::optional<survey::SiteFrame> site = params.Site();
+  std::optional<reports::PageSite> page_site;
+  if (params.watch.HasPage()) {
+    page_site = params.plan.Site(store::MapReader(inputs.map), params.frame.Value());
+  }
   LocalizeRun run(inputs, site, summary);
   const robot::CeilingLocalizer& localizer = run.Localizer();
   const store::MapReader& map = localizer.Map();
 
   LocalizeFiles results(params.Outputs(site), calib::LevelView(localizer.View()));
-  live::RunWatch watch(params.watch, inputs.up, StartOfPage(params, map), localizer.View());
+  page::PageData page = StartOfPage(params, map, page_site);
+  live::RunWatch watch(params.watch, inputs.up, std::move(page), localizer.View(), page_site);
   run.Locate([&](const robot::Estimate& estimate) {
     results.Add(estimate);
     watch.Add(robot::ToFramePose(estimate), run.ExpectedFrames());
@@ -143,6 +154,7 @@ Command AddLocalizeCommand(CLI::App& program) {
                "Write poses also where --odometry alone knows them (status predicted)")
       ->group(result);
   params->watch.AddTo(cli, result);
+  params->plan.AddTo(cli)->group(result);
   command.run = [params](const CommonOptions& common, terminal::Summary& summary) {
     RunLocalize(*params, common, summary);
   };

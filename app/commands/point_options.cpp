@@ -4,6 +4,7 @@
 
 #include "app/files/control_points_csv.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/one_line.hpp"
 #include "mapping/store/crs.hpp"
 
 namespace ceilmap::commands {
@@ -50,7 +51,7 @@ std::vector<survey::ControlPoint> PointOptions::Read(const store::MosaicGrid& gr
         px.y() > grid.height_px - 0.5) {
       throw InputError(fmt::format("{}: point '{}' lies outside the mosaic of {} x {} pixels",
                                    points.string(),
-                                   point.name,
+                                   Shown(point.name),
                                    grid.width_px,
                                    grid.height_px));
     }

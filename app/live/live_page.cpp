@@ -97,7 +97,10 @@ ServedContent LivePage::Document(const std::string& query) {
       return {kJson, page::WriteUnchanged(state)};
     }
     data = data_;
-    if (running_) data.heights = {};  // they are large and do not change; the last page has them
+    if (running_) {  // they are large and do not change; the last page has them
+      data.heights = {};
+      data.plan = {};
+    }
     frames = frames_;
     const page::PagePicture& picture = under_->picture;
     if (running_) {

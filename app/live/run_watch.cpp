@@ -5,7 +5,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include "app/reports/page_parts.hpp"
 #include "app/terminal/console.hpp"
 #include "calib/base/error.hpp"
 
@@ -54,16 +53,19 @@ void WatchOptions::Check(files::Existing existing) const {
 RunWatch::RunWatch(const WatchOptions& options,
                    const std::string& source,
                    page::PageData start,
-                   const calib::CeilingView& view)
+                   const calib::CeilingView& view,
+                   std::optional<reports::PageSite> site)
     : report_(options.report), mosaic_(view) {
   run_.name = NameOf(source);
   run_.title = start.title;
   run_.footprint = reports::FootprintOf(view);
+  run_.site = std::move(site);
   if (!options.Live()) return;
   LivePage::Options params;
   params.address = AddressOf(options);
   try {
-    live_ = std::make_unique<LivePage>(params, std::move(start), run_.name, run_.footprint);
+    live_ = std::make_unique<LivePage>(
+        params, std::move(start), run_.name, reports::ShownFootprint(run_));
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}; give another address by --live-at", error.what()));
   }
@@ -72,7 +74,8 @@ RunWatch::RunWatch(const WatchOptions& options,
 
 void RunWatch::Add(const graph::FramePose& frame, std::optional<std::int64_t> expected) {
   if (Wanted()) run_.frames.push_back(frame);
-  if (live_) live_->Add(frame, expected.value_or(0));
+  if (!live_) return;
+  live_->Add(run_.site ? reports::InSite(run_.site->frame, frame) : frame, expected.value_or(0));
 }
 
 void RunWatch::AddMapped(const graph::FramePose& frame,

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_set>
 #include <vector>
@@ -29,6 +30,7 @@ struct WatchOptions {
   /// Checks the options before the run. @throws InputError
   void Check(files::Existing existing) const;
   [[nodiscard]] bool Live() const { return live || !live_at.empty(); }
+  [[nodiscard]] bool HasPage() const { return Live() || !report.empty(); }
 };
 
 /// Observes a run of `map` or `localize`: keeps its frames for the report, and shows them on the
@@ -36,11 +38,13 @@ struct WatchOptions {
 class RunWatch {
  public:
   /// @param source  Of the upward camera. @param start  Title, unit and map of the page.
-  /// @param view  Must outlive the object. @throws InputError when the page cannot be served.
+  /// @param view  Must outlive the object. @param site  Coordinates of the page, if not the map's;
+  /// `start` has them. @throws InputError when the page cannot be served.
   RunWatch(const WatchOptions& options,
            const std::string& source,
            page::PageData start,
-           const calib::CeilingView& view);
+           const calib::CeilingView& view,
+           std::optional<reports::PageSite> site = {});
 
   /// @param expected  Number of frames of the recording, if known.
   void Add(const graph::FramePose& frame, std::optional<std::int64_t> expected);

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -19,6 +21,7 @@ constexpr std::size_t kMaxPoses = 200'000;       // of all paths together
 constexpr std::size_t kMaxCurvePoints = 20'000;  // of one curve; screens have fewer columns
 constexpr double kStampStepS = 1e-6;
 constexpr double kLengthStep = 1e-4;  // of x and y, in the page's unit
+constexpr double kPlanStep = 1e-3;    // of the plan's lines
 constexpr double kYawStepRad = 1e-4;
 constexpr double kSigmaStep = 1e-6;  // of standard deviations, in the page's unit or rad
 constexpr double kCorrelationStep = 1e-3;
@@ -168,9 +171,52 @@ ordered_json PathsToJson(const std::vector<PagePath>& paths, double first_s) {
   return json;
 }
 
+std::string DataUrl(const std::string& mime, const std::vector<unsigned char>& bytes) {
+  return "data:" + mime + ";base64," + Base64(bytes);
+}
+
+ordered_json PlacementToJson(const Similarity2& S_page_map) {
+  const Pose2& motion = S_page_map.motion;
+  return {{"scale", S_page_map.scale}, {"x", motion.x}, {"y", motion.y}, {"yaw", motion.yaw}};
+}
+
+// Each line as x, y, x, y, ..., whole steps from the point before, the first from the origin.
+ordered_json PlanLinesToJson(const PagePlan& plan, const std::array<double, 2>& origin) {
+  ordered_json lines = ordered_json::array();
+  for (const auto& line : plan.lines) {
+    ordered_json steps = ordered_json::array();
+    std::array<std::int64_t, 2> last{};
+    for (const auto& point : line) {
+      for (const std::size_t axis : {0U, 1U}) {
+        const std::int64_t here = std::llround((point.at(axis) - origin.at(axis)) / kPlanStep);
+        steps.push_back(here - last.at(axis));
+        last.at(axis) = here;
+      }
+    }
+    lines.push_back(std::move(steps));
+  }
+  return lines;
+}
+
+ordered_json PlanToJson(const PagePlan& plan) {
+  if (plan.empty()) return nullptr;
+  std::array<double, 2> origin{};
+  for (const auto& line : plan.lines) {
+    if (line.empty()) continue;
+    origin = line.front();
+    break;
+  }
+  ordered_json json = {{"url", nullptr},
+                       {"corners", plan.corners},
+                       {"origin", origin},
+                       {"lines", PlanLinesToJson(plan, origin)}};
+  if (!plan.bytes.empty()) json["url"] = DataUrl(plan.mime, plan.bytes);
+  return json;
+}
+
 ordered_json PictureToJson(const PagePicture& picture, const std::string& url) {
   if (picture.empty() && url.empty()) return nullptr;
-  return {{"url", url.empty() ? "data:" + picture.mime + ";base64," + Base64(picture.bytes) : url},
+  return {{"url", url.empty() ? DataUrl(picture.mime, picture.bytes) : url},
           {"extent", {picture.min_x, picture.min_y, picture.max_x, picture.max_y}}};
 }
 
@@ -305,6 +351,8 @@ std::string WriteDocument(const PageData& data,
                       {"unit", data.unit},
                       {"state", StateToJson(state)},
                       {"first_stamp_s", first_s},
+                      {"placement", PlacementToJson(data.S_page_map)},
+                      {"plan", PlanToJson(data.plan)},
                       {"picture", PictureToJson(data.picture, picture_url)},
                       {"heights", HeightsToJson(data.heights)},
                       {"paths", PathsToJson(data.paths, first_s)},

@@ -20,10 +20,42 @@ function longestStep(stamps) {
   return Math.max(0.3, 3 * usual) + halfStampStep;
 }
 
-/** Heights of the ceiling above the floor (m), on a grid of square cells. */
+/** Where the map lies on the page: p_page = scale R(yaw) p_map + (x, y). */
+class Placement {
+  constructor({scale, x, y, yaw}) {
+    Object.assign(this, {x, y, cos: scale * Math.cos(yaw), sin: scale * Math.sin(yaw)});
+  }
+
+  toPage(x, y) { return [this.x + this.cos * x - this.sin * y, this.y + this.sin * x + this.cos * y]; }
+
+  toMap(x, y) {
+    const [dx, dy] = [x - this.x, y - this.y];
+    const square = this.cos ** 2 + this.sin ** 2;
+    return [(this.cos * dx + this.sin * dy) / square, (this.cos * dy - this.sin * dx) / square];
+  }
+
+  /** Of an extent [minX, minY, maxX, maxY] in the map: upper left, upper right, lower left corner. */
+  corners([minX, minY, maxX, maxY]) {
+    return [[minX, maxY], [maxX, maxY], [minX, minY]].map(([x, y]) => this.toPage(x, y));
+  }
+}
+
+/** The lines of a plan: steps of a millimetre from point to point, the first from the origin. */
+function planLines({origin: [originX, originY], lines}) {
+  return lines.map((steps) => {
+    let [u, v] = [0, 0];
+    return Array.from({length: steps.length / 2}, (_, i) => {
+      u += steps[2 * i];
+      v += steps[2 * i + 1];
+      return [originX + u / 1000, originY + v / 1000];
+    });
+  });
+}
+
+/** Heights of the ceiling above the floor (m), on a grid of square cells in the map. */
 class Heights {
-  constructor(json) {
-    Object.assign(this, json);
+  constructor(json, placement) {
+    Object.assign(this, json, {placement});
     const text = atob(json.cells);
     this.cells = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
   }
@@ -38,8 +70,9 @@ class Heights {
     return this.cells[index] ? this.lowest_m + (this.cells[index] - 1) * this.step_m : NaN;
   }
 
-  /** At a place of the map; NaN where not known. */
-  at(x, y) {
+  /** At a place of the page; NaN where not known. */
+  at(pageX, pageY) {
+    const [x, y] = this.placement.toMap(pageX, pageY);
     const column = Math.floor((x - this.min_x) / this.cell);
     const row = Math.floor((this.max_y - y) / this.cell);
     const inside = column >= 0 && column < this.columns && row >= 0 && row < this.rows;
@@ -157,6 +190,7 @@ function readSeries(json, overTime, first) {
 /** Everything on the page, from the program's JSON. */
 function readDocument(json) {
   const first = json.first_stamp_s;
+  const placement = new Placement(json.placement);
   const paths = json.paths.map((path) => new Path(path, first));
   const charts = json.charts.map((chart) => ({
     ...chart, series: chart.series.map((series) => readSeries(series, chart.over_time, first)),
@@ -168,8 +202,9 @@ function readDocument(json) {
     note: json.note,
     unit: json.unit,
     state: json.state,
-    picture: json.picture,
-    heights: json.heights && new Heights(json.heights),
+    plan: json.plan && {url: json.plan.url, corners: json.plan.corners, lines: planLines(json.plan)},
+    picture: json.picture && {url: json.picture.url, corners: placement.corners(json.picture.extent)},
+    heights: json.heights && new Heights(json.heights, placement),
     paths,
     charts,
     tables: json.tables,

@@ -132,6 +132,53 @@ function heightColour(part) {
     Math.round(value + (at - below) * (heightColours[below + 1][k] - value)));
 }
 
+/**
+ * A picture that may be turned: its upper left, upper right and lower left corner [x, y] lie at
+ * these places of the page.
+ */
+const PlacedImage = L.ImageOverlay.extend({
+  initialize(image, corners, options) {
+    this.corners = toLatLngs(corners);
+    L.ImageOverlay.prototype.initialize.call(this, image, allCorners(corners).map(([x, y]) => [y, x]), options);
+  },
+  _reset() {
+    const origin = this._map.getPixelOrigin();
+    const place = (corner) => this._map.project(corner).subtract(origin);
+    const [at, right, down] = this.corners.map(place);
+    this.size = [at.distanceTo(right), at.distanceTo(down)];
+    const {style} = this.getElement();
+    [style.width, style.height] = this.size.map((length) => `${length}px`);
+    this.turn(at, right, down);
+  },
+  _animateZoom({zoom, center}) {
+    const origin = this._map._getNewPixelOrigin(center, zoom);
+    this.turn(...this.corners.map((corner) => this._map.project(corner, zoom).subtract(origin)));
+  },
+  turn(at, right, down) {
+    const [u, v] = [right.subtract(at).divideBy(this.size[0]), down.subtract(at).divideBy(this.size[1])];
+    this.getElement().style.transform =
+      `matrix(${[u.x, u.y, v.x, v.y, at.x, at.y].map((value) => value.toFixed(9)).join()})`;
+  },
+});
+
+/** The four corners of three. */
+const allCorners = ([at, right, down]) =>
+  [at, right, down, [right[0] + down[0] - at[0], right[1] + down[1] - at[1]]];
+
+/** The floor plan: below the mosaic. */
+function drawPlan(plan, panes) {
+  const layers = [];
+  if (plan.url) {
+    layers.push(new PlacedImage(plan.url, plan.corners, {className: 'plan', pane: 'plan', alt: 'Floor plan'}));
+  }
+  if (plan.lines.length) {
+    layers.push(L.polyline(plan.lines.map(toLatLngs), {interactive: false, renderer: panes.plan,
+                                                       color: themeColour('--plan'), weight: 1.25,
+                                                       smoothFactor: curveTolerance}));
+  }
+  return L.layerGroup(layers);
+}
+
 /** The heights as a picture, transparent where they are not known. */
 function drawHeights(heights) {
   const canvas = make('canvas', {width: heights.columns, height: heights.rows});
@@ -143,9 +190,8 @@ function drawHeights(heights) {
     picture.data.set([...heightColour((heights.metres(i) - from) / (to - from || 1)), 255], 4 * i);
   });
   context.putImageData(picture, 0, 0);
-  const [minX, minY, maxX, maxY] = heights.extent;
-  return L.imageOverlay(canvas.toDataURL(), [[minY, minX], [maxY, maxX]],
-                        {className: 'heights', pane: 'heights', alt: 'Heights', opacity: 0.8});
+  return new PlacedImage(canvas.toDataURL(), heights.placement.corners(heights.extent),
+                         {className: 'heights', pane: 'heights', alt: 'Heights', opacity: 0.8});
 }
 
 /** The scale: a height of each colour, from the highest to the lowest. */
@@ -204,12 +250,14 @@ function qualityLayers(model, panes) {
 
 /** All layers of the page, from the lowest up, with keys that no two share. */
 function pageLayers(model, panes, map) {
+  const plan = !model.plan ? [] : [{key: 'plan', text: 'Floor plan',
+    swatch: ['line', themeColour('--plan')], shown: true, draw: () => drawPlan(model.plan, panes)}];
   const ceiling = !model.heights ? [] : [{
     key: 'heights', text: 'Height above the floor',
     swatch: ['band', `rgb(${heightColours[2].join()})`], legend: heightLegend(model.heights),
     shown: false, draw: () => drawHeights(model.heights)}];
   const fixed = [...ceiling, ...qualityLayers(model, panes), ...graphLayers(model, panes, map)];
-  const taken = new Set(['mosaic', 'views', ...fixed.map((layer) => layer.key)]);
+  const taken = new Set(['mosaic', 'plan', 'views', ...fixed.map((layer) => layer.key)]);
   const order = {truth: 0, before: 1, run: 2};
   const sorted = [...model.paths].sort((a, b) => order[a.role] - order[b.role]);
   const runs = sorted.filter((path) => path.role === 'run');
@@ -219,5 +267,5 @@ function pageLayers(model, panes, map) {
             swatch: [path.role === 'before' ? 'dashes' : 'line', colour], shown: true,
             draw: () => drawPath(path, colour, runs.indexOf(path), panes)};
   });
-  return [...paths, ...fixed];
+  return [...plan, ...paths, ...fixed];
 }

@@ -113,7 +113,7 @@ class MapView {
     });
     this.map.setView([0, 0], 4);
     this.panes = {};
-    for (const [name, level] of [['halo', 370], ['bands', 380], ['truth', 390], ['lines', 400], ['marks', 420]]) {
+    for (const [name, level] of [['plan', 150], ['halo', 370], ['bands', 380], ['truth', 390], ['lines', 400], ['marks', 420]]) {
       this.map.createPane(name).style.zIndex = level;
       this.panes[name] = L.canvas({pane: name, padding: 0.3});
     }
@@ -127,6 +127,7 @@ class MapView {
     this.layers = [];
     this.robots = [];
     this.picture = this.pictureUrl = null;
+    this.mosaicOpacity = 0.7;
     this.map.on('zoomend', () => this.sharpen());
     this.viewIsUsers = false;
     this.map.on('click', ({containerPoint}) => {
@@ -174,6 +175,7 @@ class MapView {
     this.scaleBar.options.unit = model.unit;
     this.pointer.options.model = model;
     this.showPicture(model.picture);
+    this.fadeMosaic();
     for (const layer of this.layers) this.switchLayer(layer, false);
     for (const robot of this.robots) robot.remove();
     this.layers = pageLayers(model, this.panes, this.map);
@@ -197,13 +199,12 @@ class MapView {
       this.replacePicture(null);
       return;
     }
-    const [minX, minY, maxX, maxY] = picture.extent;
+    const {corners} = picture;
     const image = new Image();
     image.alt = 'Mosaic';
     image.onload = () => {
       if (this.pictureUrl !== url) return;  // a newer one has been asked for
-      this.replacePicture(L.imageOverlay(image, [[minY, minX], [maxY, maxX]],
-                                         {className: 'mosaic', pane: 'tilePane'}));
+      this.replacePicture(new PlacedImage(image, corners, {className: 'mosaic', pane: 'tilePane'}));
     };
     image.src = url;
   }
@@ -211,6 +212,7 @@ class MapView {
   replacePicture(overlay) {
     if (this.picture) this.picture.remove();
     this.picture = overlay;
+    this.fadeMosaic();
     if (overlay && this.isChosen('mosaic')) overlay.addTo(this.map);
     this.sharpen();
   }
@@ -228,8 +230,8 @@ class MapView {
     const extend = (xs, ys) => {
       for (let i = 0; i < xs.length; ++i) if (!Number.isNaN(xs[i])) bounds.extend([ys[i], xs[i]]);
     };
-    if (picture) extend([picture.extent[0], picture.extent[2]], [picture.extent[1], picture.extent[3]]);
-    if (heights) extend([heights.extent[0], heights.extent[2]], [heights.extent[1], heights.extent[3]]);
+    const pictures = [picture?.corners, heights?.placement.corners(heights.extent)];
+    for (const corners of pictures.filter(Boolean)) bounds.extend(toLatLngs(allCorners(corners)));
     for (const path of paths) extend(path.x, path.y);
     extend(keyframes.x, keyframes.y);
     extend(spots.map((spot) => spot.x), spots.map((spot) => spot.y));
@@ -254,11 +256,22 @@ class MapView {
   list() {
     const entry = (key, text, swatch) => ({key, text, swatch, shown: this.isChosen(key)});
     return [
-      ...(this.model.picture ? [entry('mosaic', 'Mosaic', ['band', '#8a8f98'])] : []),
+      ...(this.model.picture ? [{...entry('mosaic', 'Mosaic', ['band', '#8a8f98']),
+                                 opacity: this.model.plan ? this.mosaicOpacity : undefined}] : []),
       ...this.layers,
       ...(this.robots.some((robot) => robot.path.footprint.length)
         ? [entry('views', 'What the camera sees', ['frame', themeColour('--text')])] : []),
     ];
+  }
+
+  /** @param opacity  0 to 1, of the mosaic over a plan. */
+  setMosaicOpacity(opacity) {
+    this.mosaicOpacity = opacity;
+    this.fadeMosaic();
+  }
+
+  fadeMosaic() {
+    if (this.picture) this.picture.setOpacity(this.model?.plan ? this.mosaicOpacity : 1);
   }
 
   isChosen(key) { return this.chosen.get(key) ?? true; }

@@ -1,9 +1,11 @@
 #include "app/page/mosaic_picture.hpp"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <utility>
+
+#include "app/page/picture_encoding.hpp"
 
 namespace ceilmap::page {
 namespace {
@@ -33,35 +35,6 @@ void Halve(cv::Mat& grey, cv::Mat& alpha) {
   cv::divide(weighted, weight, grey, 1, CV_8U);
 }
 
-std::vector<unsigned char> Encode(const cv::Mat& picture, bool webp, int quality) {
-  std::vector<unsigned char> bytes;
-  if (webp) {
-    cv::imencode(".webp", picture, bytes, {cv::IMWRITE_WEBP_QUALITY, quality});
-  } else {
-    cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, 9});
-  }
-  return bytes;
-}
-
-std::vector<unsigned char> EncodeWithin(cv::Mat grey,
-                                        cv::Mat alpha,
-                                        bool webp,
-                                        std::size_t max_bytes) {
-  constexpr int kMaxSidePx = 16383;  // limit of WebP
-  while (std::max(grey.cols, grey.rows) > kMaxSidePx) Halve(grey, alpha);
-  while (true) {
-    const cv::Mat picture = WithAlpha(grey, alpha);
-    std::vector<unsigned char> bytes;
-    for (const int quality : {85, 60, 30}) {
-      bytes = Encode(picture, webp, quality);
-      if (bytes.size() <= max_bytes) return bytes;
-      if (!webp) break;
-    }
-    if (grey.total() == 1) return bytes;
-    Halve(grey, alpha);
-  }
-}
-
 }  // namespace
 
 PagePicture MakePicture(const cv::Mat& grey,
@@ -74,9 +47,14 @@ PagePicture MakePicture(const cv::Mat& grey,
       alpha.size() != size) {
     throw std::invalid_argument("MakePicture: grey and alpha must be CV_8UC1 of the grid's size");
   }
-  const bool webp = cv::haveImageWriter(".webp");
-  return {.mime = webp ? "image/webp" : "image/png",
-          .bytes = EncodeWithin(grey.clone(), alpha.clone(), webp, max_bytes),
+  cv::Mat reduced = grey.clone();
+  cv::Mat reduced_alpha = alpha.clone();
+  EncodedPicture encoded = EncodeWithin([&] { return WithAlpha(reduced, reduced_alpha); },
+                                        [&] { Halve(reduced, reduced_alpha); },
+                                        {85, 60, 30},
+                                        max_bytes);
+  return {.mime = std::move(encoded.mime),
+          .bytes = std::move(encoded.bytes),
           .min_x = grid.min_x,
           .min_y = grid.max_y - grid.resolution * grid.height_px,
           .max_x = grid.min_x + grid.resolution * grid.width_px,

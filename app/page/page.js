@@ -13,7 +13,7 @@ class Page {
     this.layers = new LayerPanel(byId('layers'), (key, shown) => {
       this.map.toggle(key, shown);
       this.map.setTime(this.player.time);
-    });
+    }, (key, opacity) => this.map.setMosaicOpacity(opacity));
     this.player = new Player((time) => this.showTime(time));
     this.model = null;
     this.tables = '';
@@ -105,6 +105,7 @@ class Page {
         shown: robot.visible, status: robot.pose.status, pixel: robot.pixel(),
       })),
       layers: Object.fromEntries(this.map.list().map(({key, shown}) => [key, shown])),
+      opacity: this.map.mosaicOpacity,
       view: this.map.view(),
       charts: this.charts.charts.map((chart) => chart.range()),
       revision: this.model.state.revision,

@@ -22,12 +22,33 @@ bool IsFinite(double a, double b, double c = 0) {
   return std::isfinite(a) && std::isfinite(b) && std::isfinite(c);
 }
 
+void ValidateMime(const std::string& mime) {
+  constexpr std::string_view kKnown[] = {"image/jpeg", "image/png", "image/webp"};
+  Require(std::count(std::begin(kKnown), std::end(kKnown), mime) > 0,
+          "picture of type " + Quoted(mime) + ", must be image/jpeg, image/png or image/webp");
+}
+
+void ValidatePlan(const PagePlan& plan) {
+  for (const auto& line : plan.lines) {
+    for (const auto& [x, y] : line) Require(IsFinite(x, y), "a point of the plan is not finite");
+  }
+  if (plan.bytes.empty()) return;
+  ValidateMime(plan.mime);
+  for (const auto& [x, y] : plan.corners) {
+    Require(IsFinite(x, y), "a corner of the plan is not finite");
+  }
+}
+
+void ValidatePlacement(const Similarity2& S_page_map) {
+  const Pose2& motion = S_page_map.motion;
+  Require(IsFinite(motion.x, motion.y, motion.yaw) && std::isfinite(S_page_map.scale) &&
+              S_page_map.scale > 0,
+          "the place of the map on the page is not finite");
+}
+
 void ValidatePicture(const PagePicture& picture) {
   if (picture.empty()) return;
-  constexpr std::string_view kKnown[] = {"image/jpeg", "image/png", "image/webp"};
-  Require(
-      std::count(std::begin(kKnown), std::end(kKnown), picture.mime) > 0,
-      "picture of type " + Quoted(picture.mime) + ", must be image/jpeg, image/png or image/webp");
+  ValidateMime(picture.mime);
   Require(IsFinite(picture.min_x, picture.min_y) && IsFinite(picture.max_x, picture.max_y) &&
               picture.min_x < picture.max_x && picture.min_y < picture.max_y,
           "extent of the picture is empty or not finite");
@@ -123,6 +144,8 @@ void ValidateTable(const PageTable& table) {
 
 void PageData::Validate() const {
   Require(unit == "m" || unit == "px", "unit " + Quoted(unit) + ", must be m or px");
+  ValidatePlacement(S_page_map);
+  ValidatePlan(plan);
   ValidatePicture(picture);
   ValidateHeights(heights);
   ValidatePaths(paths);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/similarity2.hpp"
 #include "mapping/graph/keyframe.hpp"
 
 /// Data of the page of a report: a map, the robots on it, and charts, in one HTML file. The layout
@@ -61,11 +62,11 @@ struct PageSpot {
   double y = 0;
 };
 
-/// A picture below the paths.
+/// A picture below the paths, in the map's frame.
 struct PagePicture {
   std::string mime;  ///< "image/jpeg", "image/png" or "image/webp"
   std::vector<unsigned char> bytes;
-  double min_x = 0;  ///< extent in the page's frame: left edge of the leftmost pixels ...
+  double min_x = 0;  ///< extent in the map's frame: left edge of the leftmost pixels ...
   double min_y = 0;
   double max_x = 0;
   double max_y = 0;
@@ -73,11 +74,22 @@ struct PagePicture {
   [[nodiscard]] bool empty() const { return bytes.empty(); }
 };
 
+/// The floor plan of the building: a picture or lines, below all else.
+struct PagePlan {
+  std::string mime;  ///< as PagePicture
+  std::vector<unsigned char> bytes;
+  /// Upper left, upper right and lower left corner of the picture, in the page's frame.
+  std::array<std::array<double, 2>, 3> corners{};
+  std::vector<std::vector<std::array<double, 2>>> lines;  ///< of a drawing, in the page's frame
+
+  [[nodiscard]] bool empty() const { return bytes.empty() && lines.empty(); }
+};
+
 /// Heights of the ceiling above the floor, on a grid of square cells over the map.
 struct PageHeights {
   int columns = 0;
   int rows = 0;
-  double min_x = 0;           ///< left edge of the first column, in the page's frame
+  double min_x = 0;           ///< left edge of the first column, in the map's frame
   double max_y = 0;           ///< upper edge of the first row
   double cell = 0;            ///< side of a cell, > 0
   std::vector<float> metres;  ///< row by row, columns * rows; NaN where not known
@@ -107,11 +119,16 @@ struct PageTable {
   std::vector<std::vector<std::string>> rows;  ///< each as long as `columns`
 };
 
-/// Everything on a page. All positions are in one frame, REP 103: x right, y up on the page.
+/// Everything on a page. Positions are in the page's frame, REP 103: x right, y up on the page;
+/// only picture and heights are in the map's frame, because their pixels stay as they are.
 struct PageData {
   std::string title;
   std::string note;        ///< a line below the title, e.g. the source of the page
   std::string unit = "m";  ///< of lengths, "m" or "px"
+  /// The map in the page's frame: p_page = S_page_map * p_map. Another one than the map's where the
+  /// page has the coordinates of the building.
+  Similarity2 S_page_map;
+  PagePlan plan;
   PagePicture picture;
   PageHeights heights;
   std::vector<PagePath> paths;

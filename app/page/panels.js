@@ -2,20 +2,20 @@
 
 /** The layers as checkboxes. */
 class LayerPanel {
-  constructor(container, onToggle) {
-    this.container = container;
-    this.onToggle = onToggle;
-    this.signature = '';
+  /** @param onToggle, onOpacity  called with the key and what the user wants. */
+  constructor(container, onToggle, onOpacity) {
+    Object.assign(this, {container, onToggle, onOpacity, signature: ''});
   }
 
   show(layers) {
-    const signature = JSON.stringify(layers.map(({key, text, swatch}) => [key, text, swatch]));
+    const signature = JSON.stringify(layers.map(({key, text, swatch, opacity}) =>
+      [key, text, swatch, opacity !== undefined]));
     if (signature === this.signature) return;  // keeps the keyboard's focus
     this.signature = signature;
     this.container.replaceChildren(...layers.flatMap((layer) => this.entry(layer)));
   }
 
-  entry({key, text, swatch, shown, legend}) {
+  entry({key, text, swatch, shown, legend, opacity}) {
     const box = make('input', {type: 'checkbox', 'data-layer': key});
     box.checked = shown;
     const label = make('label', {class: 'layer'}, box, makeSwatch(...swatch), make('span', {}, text));
@@ -24,11 +24,19 @@ class LayerPanel {
       items.push(make('ul', {class: 'legend', hidden: !shown}, ...Object.entries(legend).map(
         ([name, colour]) => make('li', {}, makeSwatch('band', colour), name))));
     }
+    if (opacity !== undefined) items.push(this.opacityRow(key, text, opacity));
     box.addEventListener('change', () => {
       if (legend) items[1].hidden = !box.checked;
       this.onToggle(key, box.checked);
     });
     return items;
+  }
+
+  opacityRow(key, text, opacity) {
+    const range = make('input', {type: 'range', min: 0, max: 1, step: 0.05, value: opacity,
+                                 'data-opacity': key, 'aria-label': `Opacity: ${text}`});
+    range.addEventListener('input', () => this.onOpacity(key, Number(range.value)));
+    return make('label', {class: 'opacity'}, 'opacity', range);
   }
 }
 

@@ -47,15 +47,17 @@ std::vector<figures::FigurePose> FigurePoses(const std::vector<StampedPose>& pos
   return shown;
 }
 
-Similarity2 T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame) {
+Similarity2 T_shown_truth(const std::vector<ComparedRun>& runs,
+                          ShownFrame frame,
+                          const Similarity2& S_shown_run) {
   if (frame == ShownFrame::kTruth || runs.empty()) return {};
-  return runs.front().errors->T_truth_estimate.Inverse();
+  const Similarity2 S_run_truth = runs.front().errors->T_truth_estimate.Inverse();
+  return {S_shown_run * S_run_truth.motion, S_shown_run.scale * S_run_truth.scale};
 }
 
 figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
                                             const std::vector<ComparedRun>& runs,
-                                            ShownFrame frame) {
-  const Similarity2 T_shown = T_shown_truth(runs, frame);
+                                            const Similarity2& T_shown_truth) {
   figures::TrajectoryComparison comparison;
   const std::vector<figures::FigurePose> unmoved = FigurePoses(truth);
   for (const ComparedRun& run : runs) {
@@ -70,7 +72,7 @@ figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& trut
       pose.roll_deg += error.roll_deg;
       pose.position_error_m = error.position_m;
       pose.yaw_error_deg = error.yaw_deg;
-      Place(T_shown, error.T_truth_base.Translation(), pose);
+      Place(T_shown_truth, error.T_truth_base.Translation(), pose);
       shown.poses.push_back(pose);
     }
     for (const evaluation::SegmentErrors& segment : run.errors->segments) {
@@ -81,7 +83,7 @@ figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& trut
   }
   comparison.truth = unmoved;
   for (figures::FigurePose& pose : comparison.truth) {
-    Place(T_shown, Eigen::Vector2d(pose.x, pose.y), pose);
+    Place(T_shown_truth, Eigen::Vector2d(pose.x, pose.y), pose);
   }
   return comparison;
 }

@@ -28,12 +28,15 @@ enum class ShownFrame {
 };
 
 /// The transform to that frame from the frame of the truth.
-Similarity2 T_shown_truth(const std::vector<ComparedRun>& runs, ShownFrame frame);
+/// @param S_shown_run  With kFirstRun: and from there to the frame that is shown.
+Similarity2 T_shown_truth(const std::vector<ComparedRun>& runs,
+                          ShownFrame frame,
+                          const Similarity2& S_shown_run = {});
 
 /// @param truth  Reference of the errors. @param runs  At least one.
 figures::TrajectoryComparison ComparisonFor(const std::vector<StampedPose>& truth,
                                             const std::vector<ComparedRun>& runs,
-                                            ShownFrame frame);
+                                            const Similarity2& T_shown_truth);
 
 /// Poses without tilt compensation, for TrajectoryComparison::before.
 std::vector<figures::FigurePose> FigurePosesBefore(const std::vector<StampedPose>& truth,

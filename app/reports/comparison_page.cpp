@@ -58,13 +58,16 @@ void AddUnplaced(const std::vector<files::FrameStatus>& unplaced,
 
 class Builder {
  public:
-  Builder(const Comparison& comparison, ShownFrame frame, bool metres)
+  Builder(const Comparison& comparison,
+          ShownFrame frame,
+          bool metres,
+          const Similarity2& S_page_run)
       : comparison_(comparison), metres_(metres) {
     std::vector<ComparedRun> runs;
     for (const ComparedEstimate& estimate : comparison.estimates) {
       if (estimate.errors) runs.push_back({estimate.file.name, &*estimate.errors});
     }
-    T_shown_truth_ = T_shown_truth(runs, frame);
+    T_shown_truth_ = T_shown_truth(runs, frame, S_page_run);
   }
 
   page::PagePath Truth() const;
@@ -246,8 +249,9 @@ std::string TitleOf(const Comparison& comparison) {
 page::PageData ComparisonPage(const Comparison& comparison,
                               const std::vector<ReportTable>& tables,
                               ShownFrame frame,
-                              const std::string& unit) {
-  const Builder builder(comparison, frame, unit == "m");
+                              const std::string& unit,
+                              const Similarity2& S_page_run) {
+  const Builder builder(comparison, frame, unit == "m", S_page_run);
   page::PageData data;
   data.title = TitleOf(comparison);
   data.unit = unit;

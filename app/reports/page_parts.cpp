@@ -79,6 +79,14 @@ double PositionSigma(const FramePose& frame) {
 
 }  // namespace
 
+graph::FramePose InSite(const survey::SiteFrame& site, graph::FramePose frame) {
+  if (!IsDrawn(frame)) return frame;
+  const PoseWithCovariance pose = survey::ToSite(site, {frame.T_map_base, frame.covariance});
+  frame.T_map_base = pose.pose;
+  frame.covariance = pose.covariance;
+  return frame;
+}
+
 page::PagePose ToPagePose(const FramePose& frame) {
   page::PagePose pose;
   pose.stamp_s = frame.stamp_s;
@@ -115,27 +123,35 @@ std::vector<std::array<double, 2>> FootprintOf(const calib::CeilingView& view) {
   return corners;
 }
 
-void AddGraph(const graph::MapGraph& graph, page::PageData& data) {
+void AddGraph(const graph::MapGraph& graph, const std::string& unit, page::PageData& data) {
   data.keyframes.reserve(graph.keyframes.size());
   for (const graph::Keyframe& keyframe : graph.keyframes) {
-    const Pose2& T_map_base = keyframe.pose.T_map_base;
-    data.keyframes.push_back({keyframe.id, T_map_base.x, T_map_base.y, T_map_base.yaw});
+    const Pose2 T_page_base = data.S_page_map * keyframe.pose.T_map_base;
+    data.keyframes.push_back({keyframe.id, T_page_base.x, T_page_base.y, T_page_base.yaw});
   }
   data.edges.reserve(graph.edges.size());
   for (const graph::Edge& edge : graph.edges) {
     data.edges.push_back({edge.from, edge.to, edge.kind == graph::Edge::Kind::kLoopClosure});
   }
   for (const graph::WeakSpot& spot : graph.weak_spots) {
-    data.spots.push_back({Describe(spot, data.unit), spot.x, spot.y});
+    const Eigen::Vector2d place = data.S_page_map * Eigen::Vector2d(spot.x, spot.y);
+    data.spots.push_back({Describe(spot, unit), place.x(), place.y()});
   }
 }
 
-void AddMap(const store::MapReader& map, page::PageData& data) {
+void AddMap(const store::MapReader& map,
+            const std::optional<PageSite>& site,
+            page::PageData& data) {
   data.unit = map.Metadata().unit;
+  if (site) {
+    data.unit = "m";
+    data.S_page_map = site->frame.S_site_map;
+    data.plan = site->plan;
+  }
   data.picture = page::MakeMosaicPicture(map);
   const graph::MapGraph graph = map.ReadGraph();
   data.heights = HeightsOf(graph.keyframes, map.Metadata(), map.Grid());
-  AddGraph(graph, data);
+  AddGraph(graph, map.Metadata().unit, data);
 }
 
 void AddTables(const std::vector<ReportTable>& tables, page::PageData& data) {

@@ -8,7 +8,6 @@
 #include "app/files/tum.hpp"
 #include "app/page/page.hpp"
 #include "app/reports/comparison_figures.hpp"
-#include "app/reports/page_parts.hpp"
 #include "app/reports/report_folder.hpp"
 
 namespace fs = std::filesystem;
@@ -36,13 +35,27 @@ ReportTable FactsTable(const std::string& title, const terminal::Table& facts) {
   return table;
 }
 
+std::vector<std::array<double, 2>> ShownFootprint(const RunRecord& run) {
+  std::vector<std::array<double, 2>> footprint = run.footprint;
+  const double scale = run.site ? run.site->frame.S_site_map.scale : 1;
+  for (auto& [x, y] : footprint) {
+    x *= scale;
+    y *= scale;
+  }
+  return footprint;
+}
+
 page::PageData PageOf(const RunRecord& run, const store::MapReader& map) {
   page::PageData data;
   data.title = run.title;
-  AddMap(map, data);
-  data.paths.push_back(ToPagePath(run.name, run.frames));
-  data.paths.back().footprint = run.footprint;
-  data.charts = ChartsOfRun(run.name, run.frames, data.unit);
+  AddMap(map, run.site, data);
+  std::vector<graph::FramePose> frames = run.frames;
+  if (run.site) {
+    for (graph::FramePose& frame : frames) frame = InSite(run.site->frame, frame);
+  }
+  data.paths.push_back(ToPagePath(run.name, frames));
+  data.paths.back().footprint = ShownFootprint(run);
+  data.charts = ChartsOfRun(run.name, frames, data.unit);
   return data;
 }
 

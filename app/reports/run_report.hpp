@@ -2,10 +2,12 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/page/page_data.hpp"
+#include "app/reports/page_parts.hpp"
 #include "app/reports/report_table.hpp"
 #include "app/terminal/summary.hpp"
 #include "app/terminal/table.hpp"
@@ -21,7 +23,11 @@ struct RunRecord {
   std::string title;                             ///< title of the page, e.g. "Map lab.gpkg"
   std::vector<graph::FramePose> frames;          ///< with or without a pose, by increasing stamps
   std::vector<std::array<double, 2>> footprint;  ///< of the camera, see page::PagePath
+  std::optional<PageSite> site;  ///< the page has these coordinates; frames have those of the map
 };
+
+/// The footprint in the unit of the page: that of the building is the metre.
+std::vector<std::array<double, 2>> ShownFootprint(const RunRecord& run);
 
 /// The page of a run: its path on the map, the content of the map, and charts of the run.
 page::PageData PageOf(const RunRecord& run, const store::MapReader& map);

@@ -6,146 +6,21 @@
 #include <charconv>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "calib/base/error.hpp"
 #include "calib/base/one_line.hpp"
-#include "calib/base/remote_name.hpp"
 #include "mapping/store/feature_tables.hpp"
-#include "mapping/store/gdal_support.hpp"
 #include "mapping/store/map_tables.hpp"
+#include "mapping/store/postgis_database.hpp"
+#include "mapping/store/postgis_tables.hpp"
+#include "mapping/store/site_layers.hpp"
+#include "mapping/store/site_tables.hpp"
 #include "mapping/store/table_rows.hpp"
 
 namespace ceilmap::store {
 namespace {
-
-/// Columns of the rows of feature_tables.hpp: poses and covariances, and information matrices.
-#define CEILMAP_FRAME_COLUMNS                                                 \
-  "frame_index bigint NOT NULL, keyframe_id bigint NOT NULL, "                \
-  "stamp_s double precision NOT NULL, yaw_rad double precision NOT NULL, "    \
-  "pitch_rad double precision NOT NULL, roll_rad double precision NOT NULL, " \
-  "lift double precision NOT NULL, status text NOT NULL, "                    \
-  "cxx double precision NOT NULL, cxy double precision NOT NULL, "            \
-  "cxyaw double precision NOT NULL, cyy double precision NOT NULL, "          \
-  "cyyaw double precision NOT NULL, cyawyaw double precision NOT NULL, "      \
-  "geom geometry(Point) NOT NULL"
-#define CEILMAP_ROW_COLUMNS     \
-  "fid bigserial PRIMARY KEY, " \
-  "map_id integer NOT NULL REFERENCES ceilmap.maps ON DELETE CASCADE, "
-
-constexpr std::array kMakeTables = {
-    "CREATE SCHEMA IF NOT EXISTS ceilmap",
-    "CREATE TABLE IF NOT EXISTS ceilmap.maps (id serial PRIMARY KEY, name text NOT NULL UNIQUE, "
-    "unit text NOT NULL, resolution double precision NOT NULL, "
-    "ceiling_height_m double precision NOT NULL, robot text NOT NULL, "
-    "program_version text NOT NULL, provenance text NOT NULL, mosaic text, "
-    "exported timestamptz NOT NULL DEFAULT now())",
-    "CREATE TABLE IF NOT EXISTS ceilmap.keyframes (" CEILMAP_ROW_COLUMNS
-    "id bigint NOT NULL, " CEILMAP_FRAME_COLUMNS
-    ", ambiguous integer NOT NULL, "
-    "UNIQUE (map_id, id))",
-    "CREATE TABLE IF NOT EXISTS ceilmap.trajectory (" CEILMAP_ROW_COLUMNS CEILMAP_FRAME_COLUMNS ")",
-    "CREATE TABLE IF NOT EXISTS ceilmap.edges (" CEILMAP_ROW_COLUMNS
-    "from_id bigint NOT NULL, to_id bigint NOT NULL, kind text NOT NULL, "
-    "x double precision NOT NULL, y double precision NOT NULL, yaw_rad double precision NOT NULL, "
-    "ixx double precision NOT NULL, ixy double precision NOT NULL, "
-    "ixyaw double precision NOT NULL, iyy double precision NOT NULL, "
-    "iyyaw double precision NOT NULL, iyawyaw double precision NOT NULL, "
-    "geom geometry(LineString) NOT NULL)",
-    "CREATE TABLE IF NOT EXISTS ceilmap.weak_spots (" CEILMAP_ROW_COLUMNS
-    "kind text NOT NULL, keyframe_id bigint NOT NULL, extent double precision NOT NULL, "
-    "geom geometry(Point) NOT NULL)",
-    "CREATE TABLE IF NOT EXISTS ceilmap.left_out (" CEILMAP_ROW_COLUMNS
-    "kind text NOT NULL, area double precision NOT NULL, geom geometry(MultiPolygon) NOT NULL)",
-};
-#undef CEILMAP_FRAME_COLUMNS
-#undef CEILMAP_ROW_COLUMNS
-
-/// Numbers of PostgreSQL's advisory locks: this program's, and that of its tables. Names of maps
-/// have a hash as the second number.
-constexpr char kTablesLock[] = "SELECT pg_advisory_xact_lock(1667591021, 0)::text";
-constexpr char kNameLock[] = "SELECT pg_advisory_xact_lock(1667591022, hashtext(";
-
-std::string Quoted(const std::string& text) {
-  std::string quoted = "E'";
-  for (const char c : text) {
-    if (c == '\'' || c == '\\') quoted += '\\';
-    if (c == '\0') continue;  // which PostgreSQL has not
-    quoted += c;
-  }
-  return quoted + "'";
-}
-
-/// A connection with one transaction at a time.
-class PostgisDatabase {
- public:
-  explicit PostgisDatabase(const std::string& connection);
-
-  void Begin() { Check(dataset_->StartTransaction() == OGRERR_NONE); }
-  void Commit() { Check(dataset_->CommitTransaction() == OGRERR_NONE); }
-  void Run(const std::string& sql);
-  /// The first column of the only row; empty without a row.
-  std::string Ask(const std::string& sql);
-  void Check(bool succeeded) const;
-
- private:
-  static std::string ForGdal(const std::string& connection);
-
-  GdalScope gdal_;  // messages of all calls
-  GDALDatasetUniquePtr dataset_;
-};
-
-std::string PostgisDatabase::ForGdal(const std::string& connection) {
-  return connection.starts_with("PG:") ? connection : "PG:" + connection;
-}
-
-PostgisDatabase::PostgisDatabase(const std::string& connection) {
-  const std::array<const char*, 2> drivers = {"PostgreSQL", nullptr};
-  if (GetGDALDriverManager()->GetDriverByName(drivers[0]) == nullptr) {
-    throw RunError("this GDAL was built without PostgreSQL");
-  }
-  // Without a list of all tables: only the named ones are opened.
-  const std::array<const char*, 2> options = {"LIST_ALL_TABLES=NO", nullptr};
-  dataset_.reset(GDALDataset::Open(ForGdal(connection).c_str(),
-                                   GDAL_OF_VECTOR | GDAL_OF_UPDATE,
-                                   drivers.data(),
-                                   options.data(),
-                                   nullptr));
-  if (dataset_) return;
-  const std::string& message = gdal_.Message();
-  // libpq quotes the text that it does not understand, which may be a part of a password.
-  if (message.empty() || message.find("connection info string") != std::string::npos ||
-      message.find("connection option") != std::string::npos ||
-      message.find("URI") != std::string::npos) {
-    throw InputError(
-        "the connection string cannot be understood; give 'PG:host=HOST dbname=NAME user=USER', "
-        "with the password in ~/.pgpass or PGPASSWORD");
-  }
-  throw RunError("the database cannot be reached: " + WithoutSecrets(message));
-}
-
-void PostgisDatabase::Check(bool succeeded) const {
-  if (succeeded && !gdal_.Failed()) return;
-  throw RunError("the database refuses the map: " +
-                 (gdal_.Message().empty() ? "unknown error" : WithoutSecrets(gdal_.Message())));
-}
-
-void PostgisDatabase::Run(const std::string& sql) {
-  OGRLayer* result = dataset_->ExecuteSQL(sql.c_str(), nullptr, nullptr);
-  if (result != nullptr) dataset_->ReleaseResultSet(result);
-  Check(true);
-}
-
-std::string PostgisDatabase::Ask(const std::string& sql) {
-  OGRLayer* result = dataset_->ExecuteSQL(sql.c_str(), nullptr, nullptr);
-  std::string answer;
-  if (result != nullptr) {
-    if (const OGRFeatureUniquePtr row{result->GetNextFeature()}) answer = row->GetFieldAsString(0);
-    dataset_->ReleaseResultSet(result);
-  }
-  Check(true);
-  return answer;
-}
 
 /// Shortest text that gives the same value when it is read. OGR would write 15 digits.
 std::string ExactText(double value) {
@@ -155,6 +30,7 @@ std::string ExactText(double value) {
 }
 
 std::string ValueOf(const OGRFeature& row, int column) {
+  if (!row.IsFieldSetAndNotNull(column)) return "NULL";
   switch (row.GetFieldDefnRef(column)->GetType()) {
     case OFTReal:
       return ExactText(row.GetFieldAsDouble(column));
@@ -166,7 +42,7 @@ std::string ValueOf(const OGRFeature& row, int column) {
   }
 }
 
-std::string GeometryOf(const OGRFeature& row) {
+std::string GeometryOf(const OGRFeature& row, int srid) {
   const OGRGeometry& geometry = *row.GetGeometryRef();
   std::vector<unsigned char> bytes(geometry.WkbSize());
   geometry.exportToWkb(wkbNDR, bytes.data());
@@ -176,8 +52,15 @@ std::string GeometryOf(const OGRFeature& row) {
     text += kDigits[byte >> 4U];
     text += kDigits[byte & 15U];
   }
-  return text + "'";
+  text += "'";
+  return srid == 0 ? text : "ST_SetSRID(" + text + "::geometry, " + std::to_string(srid) + ")";
 }
+
+/// A map in the database.
+struct MapRow {
+  int id = 0;
+  int srid = 0;  ///< of the geometries
+};
 
 /// Inserts rows, many with each statement. A table in memory has the columns of the map file's, so
 /// that rows are filled as there.
@@ -185,8 +68,8 @@ class RowWriter {
  public:
   using Create = OGRLayer* (*)(GDALDataset&, OGRSpatialReference&);
 
-  RowWriter(PostgisDatabase& database, int map_id, Create create)
-      : database_(database), map_id_(std::to_string(map_id)) {
+  RowWriter(PostgisDatabase& database, const MapRow& map, Create create)
+      : database_(database), map_id_(std::to_string(map.id)), srid_(map.srid) {
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("Memory");
     if (driver != nullptr) memory_.reset(driver->Create("", 0, 0, 0, GDT_Unknown, nullptr));
     OGRSpatialReference srs;
@@ -207,7 +90,7 @@ class RowWriter {
     constexpr std::size_t kMaxBytes = 1 << 18;
     const OGRFeatureUniquePtr row = tables::NewRow(*columns_);
     tables::Fill(*row, values...);
-    rows_ += (rows_.empty() ? "(" : ", (") + map_id_ + ", " + GeometryOf(*row);
+    rows_ += (rows_.empty() ? "(" : ", (") + map_id_ + ", " + GeometryOf(*row, srid_);
     if (HasId()) rows_ += ", " + std::to_string(row->GetFID());
     for (int i = 0; i < row->GetFieldCount(); ++i) rows_ += ", " + ValueOf(*row, i);
     rows_ += ")";
@@ -224,6 +107,7 @@ class RowWriter {
 
   PostgisDatabase& database_;
   std::string map_id_;
+  int srid_ = 0;
   GDALDatasetUniquePtr memory_;
   OGRLayer* columns_ = nullptr;
   std::string table_;
@@ -232,35 +116,25 @@ class RowWriter {
 };
 
 template <typename Rows>
-void AddAll(PostgisDatabase& database, int id, RowWriter::Create create, const Rows& rows) {
-  RowWriter writer(database, id, create);
+void AddAll(PostgisDatabase& database,
+            const MapRow& map,
+            RowWriter::Create create,
+            const Rows& rows) {
+  RowWriter writer(database, map, create);
   for (const auto& row : rows) writer.Add(row);
   writer.Flush();
 }
 
-void AddEdges(PostgisDatabase& database, int id, const graph::MapGraph& graph) {
+void AddEdges(PostgisDatabase& database, const MapRow& map, const graph::MapGraph& graph) {
   std::unordered_map<std::int64_t, Pose2> poses;
   for (const graph::Keyframe& keyframe : graph.keyframes) {
     poses[keyframe.id] = keyframe.pose.T_map_base;
   }
-  RowWriter writer(database, id, tables::CreateEdges);
+  RowWriter writer(database, map, tables::CreateEdges);
   for (const graph::Edge& edge : graph.edges) {
     writer.Add(edge, poses.at(edge.from), poses.at(edge.to));
   }
   writer.Flush();
-}
-
-void MakeTables(PostgisDatabase& database) {
-  if (database.Ask("SELECT 1 FROM pg_extension WHERE extname = 'postgis'").empty()) {
-    throw InputError(
-        "the database has no PostGIS; run 'CREATE EXTENSION postgis' in it, as its owner");
-  }
-  // A user who may only write rows needs no right to make tables.
-  if (!database.Ask("SELECT 1 WHERE to_regclass('ceilmap.left_out') IS NOT NULL").empty()) return;
-  database.Begin();
-  database.Ask(kTablesLock);
-  for (const char* sql : kMakeTables) database.Run(sql);
-  database.Commit();
 }
 
 void CheckIsFree(PostgisDatabase& database, const PostgisOptions& options) {
@@ -272,16 +146,71 @@ void CheckIsFree(PostgisDatabase& database, const PostgisOptions& options) {
                    "' already; give --force to replace it, or --name for another name");
 }
 
-int AddMap(PostgisDatabase& database, const MapMetadata& metadata, const PostgisOptions& options) {
+/// Columns and values of an INSERT.
+struct Insertion {
+  std::string columns;
+  std::string values;
+
+  void Add(const std::string& column, const std::string& value) {
+    columns += (columns.empty() ? "" : ", ") + column;
+    values += (values.empty() ? "" : ", ") + value;
+  }
+};
+
+int AddMap(PostgisDatabase& database,
+           const MapMetadata& metadata,
+           const PostgisOptions& options,
+           int srid) {
+  Insertion map;
+  map.Add("name", Quoted(options.name));
+  map.Add("unit", Quoted(options.frame == Frame::kSite ? "m" : metadata.unit));
+  map.Add("resolution", ExactText(metadata.resolution));
+  map.Add("ceiling_height_m", ExactText(metadata.ceiling_height_m));
+  map.Add("robot", Quoted(metadata.robot));
+  map.Add("program_version", Quoted(metadata.program_version));
+  map.Add("provenance", Quoted(metadata.provenance));
+  map.Add("mosaic", options.mosaic.empty() ? "NULL" : Quoted(options.mosaic));
+  map.Add("frame", Quoted(options.frame == Frame::kSite ? "site" : "map"));
+  map.Add("srid", std::to_string(srid));
+  if (metadata.site) {
+    const Similarity2& S_site_map = metadata.site->S_site_map;
+    map.Add("site_crs", Quoted(metadata.site->crs_wkt));
+    map.Add("site_scale", ExactText(S_site_map.scale));
+    map.Add("site_x", ExactText(S_site_map.motion.x));
+    map.Add("site_y", ExactText(S_site_map.motion.y));
+    map.Add("site_yaw_rad", ExactText(S_site_map.motion.yaw));
+  }
   database.Run("DELETE FROM ceilmap.maps WHERE name = " + Quoted(options.name));
-  const std::string id = database.Ask(
-      "INSERT INTO ceilmap.maps (name, unit, resolution, ceiling_height_m, robot, program_version, "
-      "provenance, mosaic) VALUES (" +
-      Quoted(options.name) + ", " + Quoted(metadata.unit) + ", " + ExactText(metadata.resolution) +
-      ", " + ExactText(metadata.ceiling_height_m) + ", " + Quoted(metadata.robot) + ", " +
-      Quoted(metadata.program_version) + ", " + Quoted(metadata.provenance) + ", " +
-      (options.mosaic.empty() ? "NULL" : Quoted(options.mosaic)) + ") RETURNING id");
-  return std::stoi(id);
+  return std::stoi(database.Ask("INSERT INTO ceilmap.maps (" + map.columns + ") VALUES (" +
+                                map.values + ") RETURNING id"));
+}
+
+/// The rows of a map, in the coordinates of the export.
+struct MapRows {
+  graph::MapGraph graph;
+  std::vector<LeftOut> left_out;
+  std::vector<survey::AlignedPoint> control_points;
+};
+
+MapRows ReadRows(const MapReader& map, Frame frame) {
+  MapRows rows{map.ReadGraph(), map.ReadLeftOut(), {}};
+  if (map.Metadata().site) rows.control_points = map.Metadata().site->points;
+  const survey::SiteFrame* site = SiteOf(map, frame);
+  if (site == nullptr) return rows;
+  rows.graph = InSite(*site, std::move(rows.graph));
+  for (LeftOut& places : rows.left_out) places = InSite(*site, std::move(places));
+  // Their geometry: where they were surveyed.
+  for (survey::AlignedPoint& point : rows.control_points) point.point.p_map = point.point.p_site;
+  return rows;
+}
+
+void AddRows(PostgisDatabase& database, const MapRow& map, const MapRows& rows) {
+  AddAll(database, map, tables::CreateKeyframes, rows.graph.keyframes);
+  AddAll(database, map, tables::CreateTrajectory, rows.graph.trajectory);
+  AddEdges(database, map, rows.graph);
+  AddAll(database, map, tables::CreateWeakSpots, rows.graph.weak_spots);
+  AddAll(database, map, tables::CreateLeftOut, rows.left_out);
+  AddAll(database, map, tables::CreateControlPoints, rows.control_points);
 }
 
 }  // namespace
@@ -298,22 +227,21 @@ void ExportPostgis(const MapReader& map,
     throw InputError(
         "a database is named by 'PG:host=HOST dbname=NAME user=USER' or 'postgresql://...'");
   }
-  const graph::MapGraph graph = map.ReadGraph();
-  const std::vector<LeftOut> left_out = map.ReadLeftOut();
+  const MapRows rows = ReadRows(map, options.frame);
   PostgisDatabase database(connection);
-  MakeTables(database);
+  MakePostgisTables(database);
   CheckIsFree(database, options);
+  const auto& site = map.Metadata().site;
+  const int srid = site ? SridOf(database, site->crs_wkt) : 0;
+  const bool in_site = options.frame == Frame::kSite;
+  if (in_site && srid != 0) MakePostgisViews(database, srid);
   if (options.before_writing) options.before_writing();
   // Without Commit the server takes all back when the connection ends.
   database.Begin();
-  database.Ask(kNameLock + Quoted(options.name) + "))::text");
+  database.LockName(options.name);
   CheckIsFree(database, options);
-  const int id = AddMap(database, map.Metadata(), options);
-  AddAll(database, id, tables::CreateKeyframes, graph.keyframes);
-  AddAll(database, id, tables::CreateTrajectory, graph.trajectory);
-  AddEdges(database, id, graph);
-  AddAll(database, id, tables::CreateWeakSpots, graph.weak_spots);
-  AddAll(database, id, tables::CreateLeftOut, left_out);
+  const int id = AddMap(database, map.Metadata(), options, srid);
+  AddRows(database, {id, in_site ? srid : 0}, rows);
   database.Commit();
 }
 

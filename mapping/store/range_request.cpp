@@ -5,6 +5,7 @@
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 
+#include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <memory>
@@ -75,94 +76,23 @@ int StatusOf(const std::string& message) {
   return status;
 }
 
-[[noreturn]] void ThrowStatus(int status) {
-  const std::string code = " (HTTP status " + std::to_string(status) + ")";
-  if (status == 416) throw BeyondEnd("the file is shorter than it was" + code);
-  if (status == 404 || status == 410) {
-    throw InputError("the server has no such file" + code + "; check the name");
-  }
-  if (status == 401 || status == 403) {
-    throw InputError("the server does not allow to read it" + code +
-                     "; give it GDAL_HTTP_USERPWD or GDAL_HTTP_HEADER_FILE, or AWS_... for S3");
-  }
-  if (status == 408 || status == 425 || status == 429 || status >= 500) {
-    throw TransientError("the server answers with HTTP status " + std::to_string(status));
-  }
-  throw InputError("the server refuses the request" + code);
-}
-
-/// `bytes FIRST-LAST/LENGTH`
-struct ContentRange {
-  std::uint64_t first = 0;
-  std::uint64_t last = 0;
-  std::uint64_t length = 0;
-};
-
-bool Parse(const std::string& text, ContentRange& range) {
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  const auto skip = [&](std::string_view what) {
-    const bool found = std::string_view(at, static_cast<std::size_t>(end - at)).starts_with(what);
-    if (found) at += what.size();
-    return found;
-  };
-  const auto number = [&](std::uint64_t& value) {
-    const auto [after, error] = std::from_chars(at, end, value);
-    at = after;
-    return error == std::errc();
-  };
-  return skip("bytes ") && number(range.first) && skip("-") && number(range.last) && skip("/") &&
-         number(range.length) && at == end;
-}
-
 std::string Header(const CPLHTTPResult& result, const char* key) {
   const char* value = CSLFetchNameValue(result.papszHeaders, key);
   return value == nullptr ? "" : value;
 }
 
-std::string VersionOf(const CPLHTTPResult& result, std::uint64_t length) {
-  const std::string tag = Header(result, "ETag");
-  const std::string changed = Header(result, "Last-Modified");
-  if (tag.empty() && changed.empty()) {
-    throw InputError(
-        "the server sends neither ETag nor Last-Modified, so that a replaced map would not be "
-        "noticed; use another server, or download the map");
-  }
-  return tag + "\n" + changed + "\n" + std::to_string(length);
-}
-
 RangeAnswer AnswerOf(const CPLHTTPResult& result, std::uint64_t offset, std::uint64_t bytes) {
-  const std::string message =
-      result.pszErrBuf == nullptr ? "" : InOneLine(result.pszErrBuf, kMaxMessageBytes);
-  if (const int status = StatusOf(message); status != 0) ThrowStatus(status);
-  const std::string text = Header(result, "Content-Range");
-  // Without it the whole file is sent; the limit of the size has stopped that.
   constexpr int kSizeExceeded = 63;  // CURLE_FILESIZE_EXCEEDED
-  if (text.empty() && (result.nDataLen > 0 || result.nStatus == kSizeExceeded)) {
-    throw InputError(
-        "the server does not send parts of a file (range requests); use another server, or "
-        "download the map");
-  }
-  if (result.nStatus != 0 || text.empty()) {
-    throw TransientError(message.empty() ? "the server's answer is incomplete" : message);
-  }
-  ContentRange range;
-  if (!Parse(text, range) || range.first != offset || range.last < range.first ||
-      range.last - range.first >= bytes || range.last >= range.length) {
-    throw InputError("the server sends another part of the file than was asked for");
-  }
-  const std::uint64_t sent = range.last - range.first + 1;
-  if (static_cast<std::uint64_t>(result.nDataLen) != sent) {
-    throw TransientError("the server's answer is incomplete");
-  }
-  if (sent < bytes && range.last + 1 != range.length) {
-    throw InputError("the server sends a smaller part of the file than was asked for");
-  }
-  RangeAnswer answer;
-  answer.bytes.assign(result.pabyData, result.pabyData + result.nDataLen);
-  answer.file_bytes = range.length;
-  answer.version = VersionOf(result, range.length);
-  return answer;
+  RangeResponse response;
+  if (result.pszErrBuf != nullptr) response.message = InOneLine(result.pszErrBuf, kMaxMessageBytes);
+  response.status = StatusOf(response.message);
+  response.complete = result.nStatus == 0;
+  response.too_large = result.nStatus == kSizeExceeded;
+  response.content_range = Header(result, "Content-Range");
+  response.etag = Header(result, "ETag");
+  response.last_modified = Header(result, "Last-Modified");
+  response.body = {result.pabyData, static_cast<std::size_t>(std::max(result.nDataLen, 0))};
+  return CheckedAnswer(response, offset, bytes);
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <stdexcept>
 #include <string>
-#include <vector>
+
+#include "mapping/store/range_answer.hpp"
 
 namespace ceilmap::store {
 
@@ -11,25 +11,6 @@ namespace ceilmap::store {
 ///
 /// GDAL's configuration applies, from the environment: GDAL_HTTP_HEADER_FILE, GDAL_HTTP_USERPWD,
 /// GDAL_HTTP_NETRC, GDAL_HTTP_PROXY, GDAL_HTTP_TIMEOUT, CURL_CA_BUNDLE, AWS_... and others.
-
-/// The server did not answer, or not completely; another attempt may succeed.
-class TransientError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// The server has a file of another length: the range lies beyond its end.
-class BeyondEnd : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-struct RangeAnswer {
-  std::vector<unsigned char> bytes;  ///< as many as asked for, fewer only at the end of the file
-  std::uint64_t file_bytes = 0;      ///< length of the whole file
-  /// Equal for two answers if they are of the same content: ETag, time of change, length.
-  std::string version;
-};
 
 /// The connection to a server, which is kept open between requests. Not thread-safe.
 class RangeConnection {

@@ -21,18 +21,22 @@ OGRLayer* CreateControlPoints(GDALDataset& dataset, OGRSpatialReference& srs) {
   return done ? layer : nullptr;
 }
 
+void Fill(OGRFeature& row, const survey::AlignedPoint& point) {
+  row.SetField("name", point.point.name.c_str());
+  row.SetField("site_x", point.point.p_site.x());
+  row.SetField("site_y", point.point.p_site.y());
+  row.SetField("sigma_m", point.point.sigma_m);
+  row.SetField("residual_x_m", point.residual_m.x());
+  row.SetField("residual_y_m", point.residual_m.y());
+  if (point.leave_one_out_m) row.SetField(kLeaveOneOut, *point.leave_one_out_m);
+  row.SetField("used", point.used ? 1 : 0);
+  const OGRPoint place(point.point.p_map.x(), point.point.p_map.y());
+  row.SetGeometry(&place);
+}
+
 bool Append(OGRLayer& layer, const survey::AlignedPoint& point) {
   const OGRFeatureUniquePtr row = NewRow(layer);
-  row->SetField("name", point.point.name.c_str());
-  row->SetField("site_x", point.point.p_site.x());
-  row->SetField("site_y", point.point.p_site.y());
-  row->SetField("sigma_m", point.point.sigma_m);
-  row->SetField("residual_x_m", point.residual_m.x());
-  row->SetField("residual_y_m", point.residual_m.y());
-  if (point.leave_one_out_m) row->SetField(kLeaveOneOut, *point.leave_one_out_m);
-  row->SetField("used", point.used ? 1 : 0);
-  const OGRPoint place(point.point.p_map.x(), point.point.p_map.y());
-  row->SetGeometry(&place);
+  Fill(*row, point);
   return AddRow(layer, *row);
 }
 

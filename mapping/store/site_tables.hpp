@@ -11,6 +11,10 @@ namespace ceilmap::store::tables {
 /// Adds the layer with its columns; null when GDAL fails (the GdalScope has the reason).
 OGRLayer* CreateControlPoints(GDALDataset& dataset, OGRSpatialReference& srs);
 
+/// Sets the values of a row, in a map or in a database with the same columns; the geometry is
+/// p_map.
+void Fill(OGRFeature& row, const survey::AlignedPoint& point);
+
 /// Adds a row; false when GDAL fails.
 bool Append(OGRLayer& layer, const survey::AlignedPoint& point);
 

@@ -11,6 +11,7 @@
 #include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
 #include "calib/base/field_check.hpp"
+#include "calib/base/one_line.hpp"
 #include "calib/base/planar_fit.hpp"
 
 namespace ceilmap::survey {
@@ -28,6 +29,10 @@ constexpr double kMuchBetter = 5;
 constexpr double kMinScale = 0.8;
 constexpr double kMaxScale = 1.25;
 constexpr double kLargestYawSigmaRad = 0.1;
+// Larger numbers are mistakes, and their squares would leave the range of a double.
+constexpr double kMaxCoordinate = 1e9;  // map units, metres
+constexpr double kMinSigmaM = 1e-6;
+constexpr double kMaxSigmaM = 1e6;
 // Residuals that exceed the points' standard deviations by this factor are contradictions.
 constexpr double kLargestRatio = 100;
 
@@ -308,14 +313,21 @@ void CheckPoints(const std::vector<ControlPoint>& points) {
     if (point.name.empty() || !names.insert(point.name).second) {
       throw InputError(point.name.empty()
                            ? "a point has no name"
-                           : fmt::format("two points have the name '{}'", point.name));
+                           : fmt::format("two points have the name '{}'", Shown(point.name)));
     }
-    if (!point.p_map.allFinite() || !point.p_site.allFinite()) {
-      throw InputError(fmt::format("point '{}': the coordinates must be finite", point.name));
+    const auto within = [](const Eigen::Vector2d& p) {
+      return std::abs(p.x()) <= kMaxCoordinate && std::abs(p.y()) <= kMaxCoordinate;
+    };
+    if (!within(point.p_map) || !within(point.p_site)) {
+      throw InputError(fmt::format(
+          "point '{}': the coordinates must be within {:g}", Shown(point.name), kMaxCoordinate));
     }
-    if (!(point.sigma_m >= 0 && std::isfinite(point.sigma_m))) {
-      throw InputError(
-          fmt::format("point '{}': sigma_m = {}, must be >= 0", point.name, point.sigma_m));
+    if (point.sigma_m != 0 && !(point.sigma_m >= kMinSigmaM && point.sigma_m <= kMaxSigmaM)) {
+      throw InputError(fmt::format("point '{}': sigma_m = {}, must be in {:g}..{:g}, or 0",
+                                   Shown(point.name),
+                                   point.sigma_m,
+                                   kMinSigmaM,
+                                   kMaxSigmaM));
     }
   }
 }
@@ -324,7 +336,7 @@ void CheckPoints(const std::vector<ControlPoint>& points) {
 
 void AlignOptions::Validate() const {
   const FieldCheck check("alignment");
-  check(sigma_m > 0 && std::isfinite(sigma_m), "sigma_m", sigma_m, "> 0");
+  check(sigma_m >= kMinSigmaM && sigma_m <= kMaxSigmaM, "sigma_m", sigma_m, "in 1e-06..1e+06");
 }
 
 Alignment Align(const std::vector<ControlPoint>& points, const AlignOptions& params) {

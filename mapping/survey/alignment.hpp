@@ -10,7 +10,7 @@ struct AlignOptions {
   /// The scale between map and site is estimated too. Otherwise it is 1: a map with a rig has true
   /// metres, and a difference of scale is an error of the rig that should be seen.
   bool estimate_scale = false;
-  /// Standard deviation of points that state none, on each axis, metres > 0.
+  /// Standard deviation of points that state none, on each axis, metres, 1e-6 to 1e6.
   double sigma_m = 0.01;
 
   /// @throws InputError that names field, value and range.
@@ -38,7 +38,8 @@ struct Alignment {
 /// follows from the residuals, at least from the points' standard deviations, so that a map that is
 /// bent more than assumed does not lose its points.
 ///
-/// @param points  at least two, names unique, finite.
+/// @param points  at least two, names unique, coordinates within 1e9, sigma_m as that of the
+/// options or 0.
 /// @throws InputError where the points do not determine the transform: too few, in one place, or
 /// no majority of them agrees; and where they agree with another unit or a mirrored axis instead,
 /// which is named.

@@ -19,6 +19,12 @@ void ReadAsHeadings(std::string_view bytes);
 void ReadAsStatus(std::string_view bytes);
 void ReadAsPairs(std::string_view bytes);
 void ReadAsColourModel(std::string_view bytes);
+/// A site: its manifest, beside some files; the edges of two maps; control points, and what is
+/// estimated from few of them; and a server's answer to a request of a part of a map.
+void ReadAsManifest(std::string_view bytes);
+void ReadAsEdges(std::string_view bytes);
+void ReadAsPoints(std::string_view bytes);
+void ReadAsRange(std::string_view bytes);
 void ReadAsMp4(std::string_view bytes);
 /// As damage to a small map: where (3 bytes), how much (1 byte), what; and so on.
 void ReadAsMap(std::string_view bytes);

@@ -156,7 +156,10 @@ TEST(LocalizeInSite, PosesAreThoseOfTheMapInTheBuilding) {
     return test.Run(arguments);
   };
   ASSERT_EQ(localize("map", {"--start=0,0,0"}).exit_code, 0);
-  const support::ProcessResult in_site = localize("site", {"--frame=site", "--start=1000,2000,90"});
+  test.out.Write("plan.geojson",
+                 R"({"type": "LineString", "coordinates": [[990, 1999], [1010, 1999]]})");
+  const support::ProcessResult in_site = localize(
+      "site", {"--frame=site", "--start=1000,2000,90", "--report=report", "--plan=plan.geojson"});
   EXPECT_EQ(in_site.exit_code, 0) << in_site.err;
   const files::StatusRecord map = files::ReadStatus(test.out / "map.csv");
   const files::StatusRecord site = files::ReadStatus(test.out / "site.csv");
@@ -170,6 +173,13 @@ TEST(LocalizeInSite, PosesAreThoseOfTheMapInTheBuilding) {
     EXPECT_NEAR(WrapAngle(b.yaw - a.yaw), 1.5708, 0.003);
     EXPECT_GT(site.covariances[i](0, 0), map.covariances[i](0, 0));
   }
+  // The page has the same poses, over the plan.
+  const nlohmann::json page = DocumentOf(test.out / "report/index.html");
+  EXPECT_EQ(page["plan"]["lines"], nlohmann::json({{0, 0, 20'000, 0}}));
+  EXPECT_NEAR(page["placement"]["x"].get<double>(), 1000, 0.003);
+  const nlohmann::json& path = page["paths"][0];
+  EXPECT_NEAR(1e-4 * path["x"].back().get<double>(), PlanarPose(site.poses.back()).x, 2e-4);
+  EXPECT_NEAR(1e-4 * path["y"].back().get<double>(), PlanarPose(site.poses.back()).y, 2e-4);
   EXPECT_EQ(localize("bag", {"--frame=site", "-o", "t.mcap"}).exit_code, 2);
 }
 

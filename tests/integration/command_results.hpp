@@ -26,6 +26,14 @@ inline std::vector<std::string> Keys(const nlohmann::json& object) {
   return keys;
 }
 
+/// The data of a page that was written.
+inline nlohmann::json DocumentOf(const std::filesystem::path& page) {
+  const std::string text = support::ReadAll(page);
+  const std::string begin = R"(id="document">)";
+  const std::size_t at = text.find(begin) + begin.size();
+  return nlohmann::json::parse(text.substr(at, text.find("</script>", at) - at));
+}
+
 /// Extent in image pixels of all keyframes of the test recording, as seen from above: the robot's
 /// front, the top of its images, is at the right.
 inline cv::Size MosaicSize(const std::filesystem::path& map) {

@@ -76,6 +76,19 @@ TEST_F(LivePageTest, GrowsWithTheRun) {
   EXPECT_TRUE(document["paths"][0]["x"][10].is_null());
 }
 
+TEST(LivePageInSite, ShowsThePlanOnlyAtTheEnd) {
+  page::PageData start;
+  start.S_page_map = {{1000, 2000, 0.5}, 1};
+  start.plan.lines = {{{990, 1990}, {1010, 1990}}};
+  start.picture = {"image/png", {1, 2, 3}, 0, 0, 1, 1};
+  const LivePage page({}, start, "up.mp4", {});
+  httplib::Client client("127.0.0.1", std::stoi(page.Url().substr(page.Url().rfind(':') + 1)));
+  const json document = json::parse(client.Get("/document.json")->body);
+  EXPECT_TRUE(document["plan"].is_null()) << "it is large, and asked for twice a second";
+  EXPECT_EQ(document["placement"]["x"], 1000.0);
+  EXPECT_EQ(document["picture"]["extent"], json({0.0, 0.0, 1.0, 1.0}));
+}
+
 TEST_F(LivePageTest, SaysOnlyThatNothingIsNewWhenNothingIs) {
   page_->Add(Frame(0), 0);
   const std::int64_t revision = Ask()["state"]["revision"];

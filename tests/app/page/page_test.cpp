@@ -64,6 +64,27 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"PictureExtent",
                 [](PageData& d) { d.picture.max_x = d.picture.min_x; },
                 "extent of the picture is empty"},
+        Mistake{"PlanType",
+                [](PageData& d) {
+                  d.plan.bytes = {1};
+                  d.plan.mime = "text/html";
+                },
+                "must be image/jpeg, image/png or image/webp"},
+        Mistake{"PlanCorner",
+                [](PageData& d) {
+                  d.plan.bytes = {1};
+                  d.plan.mime = "image/png";
+                  d.plan.corners[2][1] = kNan;
+                },
+                "a corner of the plan is not finite"},
+        Mistake{"PlanPoint",
+                [](PageData& d) {
+                  d.plan.lines = {{{0, 0}, {1, HUGE_VAL}}};
+                },
+                "a point of the plan is not finite"},
+        Mistake{"Placement",
+                [](PageData& d) { d.S_page_map.scale = 0; },
+                "the place of the map on the page is not finite"},
         Mistake{"HeightsCount",
                 [](PageData& d) {
                   d.heights = {2, 2, 0, 0, 1, {5, 5, 5}};
@@ -298,6 +319,24 @@ TEST(PageDocument, ThinnedCurvesKeepPeaksAndGaps) {
   EXPECT_EQ(std::count(y.begin(), y.end(), json(9.0)), 1);
   EXPECT_EQ(std::count(y.begin(), y.end(), json(-8.0)), 1);
   EXPECT_EQ(std::count(y.begin(), y.end(), json(nullptr)), 1);
+}
+
+TEST(Page, HoldsThePlanInMillimetres) {
+  PageData data = OnePath();
+  EXPECT_EQ(DocumentOf(data)["plan"], nullptr);
+  data.S_page_map = {{691'000.5, 5'335'000.25, 0.5}, 2};
+  data.plan.mime = "image/png";
+  data.plan.bytes = {1, 2, 3};
+  data.plan.corners = {{{1, 5}, {4, 5}, {1, 2}}};
+  data.plan.lines = {{{691'000.5, 5'335'000}, {691'000.6, 5'334'999.9996}, {691'000.7, 5'335'001}},
+                     {{691'001.5, 5'335'000}, {691'001.5, 5'335'002}}};
+  const json document = DocumentOf(data);
+  EXPECT_EQ(document["placement"],
+            json({{"scale", 2.0}, {"x", 691'000.5}, {"y", 5'335'000.25}, {"yaw", 0.5}}));
+  EXPECT_EQ(document["plan"]["url"], "data:image/png;base64,AQID");
+  EXPECT_EQ(document["plan"]["corners"], json({{1.0, 5.0}, {4.0, 5.0}, {1.0, 2.0}}));
+  EXPECT_EQ(document["plan"]["origin"], json({691'000.5, 5'335'000.0}));
+  EXPECT_EQ(document["plan"]["lines"], json({{0, 0, 100, 0, 100, 1000}, {1000, 0, 0, 2000}}));
 }
 
 TEST(Page, OfAHundredThousandPosesIsBelowEightMegabytes) {

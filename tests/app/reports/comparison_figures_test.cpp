@@ -47,7 +47,8 @@ TEST(ComparisonFigures, AreInTheFrameOfTheTruthOrOfTheFirstRun) {
   const auto others = evaluation::EvaluateTrajectory(truth, second);
   const std::vector<ComparedRun> runs = {{"first", &*errors}, {"second", &*others}};
   for (const ShownFrame frame : {ShownFrame::kTruth, ShownFrame::kFirstRun}) {
-    const figures::TrajectoryComparison comparison = ComparisonFor(truth, runs, frame);
+    const figures::TrajectoryComparison comparison =
+        ComparisonFor(truth, runs, T_shown_truth(runs, frame));
     const std::vector<figures::FigurePose> expected =
         FigurePoses(frame == ShownFrame::kTruth ? truth : first);
     ASSERT_EQ(comparison.runs.size(), 2U);
@@ -70,8 +71,9 @@ TEST(ComparisonFigures, OfAMapInAnotherScaleFitThatMap) {
   for (StampedPose& pose : estimate) pose.position *= 100;  // in pixels
   const auto errors =
       evaluation::EvaluateTrajectory(truth, estimate, {.align = evaluation::Alignment::kSim2});
+  const std::vector<ComparedRun> runs = {{"pixels", &*errors}};
   const figures::TrajectoryComparison comparison =
-      ComparisonFor(truth, {{"pixels", &*errors}}, ShownFrame::kFirstRun);
+      ComparisonFor(truth, runs, T_shown_truth(runs, ShownFrame::kFirstRun));
   for (std::size_t i = 0; i < estimate.size(); ++i) {
     ASSERT_NEAR(comparison.runs[0].poses[i].x, estimate[i].position.x(), 1e-6) << i;
     ASSERT_NEAR(comparison.truth[i].y, estimate[i].position.y(), 1e-6) << i;
@@ -85,8 +87,7 @@ TEST(ComparisonFigures, CarryTheErrorsOfEachFrame) {
   estimate[7] = ToStampedPose(truth[7].stamp_s, {off.x + 0.3, off.y, off.yaw + 0.1});
   const auto errors =
       evaluation::EvaluateTrajectory(truth, estimate, {.align = evaluation::Alignment::kNone});
-  const figures::FigurePose pose =
-      ComparisonFor(truth, {{"run", &*errors}}, ShownFrame::kTruth).runs[0].poses[7];
+  const figures::FigurePose pose = ComparisonFor(truth, {{"run", &*errors}}, {}).runs[0].poses[7];
   EXPECT_NEAR(pose.position_error_m, 0.3, 1e-9);
   EXPECT_NEAR(pose.yaw_error_deg, 0.1 * 180 / std::numbers::pi, 1e-9);
 }

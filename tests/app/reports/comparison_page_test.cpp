@@ -67,6 +67,19 @@ TEST_F(ComparisonPageTest, RunsLieOnTheTruthInEitherFrame) {
   }
 }
 
+TEST_F(ComparisonPageTest, ThePageMayHaveAnotherFrameThanTheRun) {
+  const Similarity2 S_page_run{{100, 200, -std::numbers::pi / 2}, 3};
+  const page::PageData data =
+      ComparisonPage(Compare(params_), {}, ShownFrame::kFirstRun, "m", S_page_run);
+  const Pose2 last = S_page_run * (kTEstimateTruth * Pose2{10, 0, 0.1});
+  for (const page::PagePath& path : data.paths) {
+    EXPECT_NEAR(path.poses.back().x, last.x, 1e-6);
+    EXPECT_NEAR(path.poses.back().y, last.y, 1e-6);
+    EXPECT_NEAR(
+        std::remainder(path.poses.back().yaw_rad - last.yaw, 2 * std::numbers::pi), 0, 1e-6);
+  }
+}
+
 TEST_F(ComparisonPageTest, CovariancesTurnWithTheFrame) {
   WriteStatus();
   const Comparison comparison = Compare(params_);

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/mapping/store/synthetic_map.hpp"
+#include "tests/support/test_folder.hpp"
+
 namespace ceilmap::reports {
 namespace {
 
@@ -101,7 +104,7 @@ TEST(PageParts, GraphsBecomeKeyframesEdgesAndSpots) {
   graph.edges[1].kind = graph::Edge::Kind::kLoopClosure;
   graph.weak_spots.push_back({graph::WeakSpot::Kind::kLost, 5, 1, 2, 3});
   page::PageData data;
-  AddGraph(graph, data);
+  AddGraph(graph, "m", data);
   ASSERT_EQ(data.keyframes.size(), 2U);
   EXPECT_EQ(data.keyframes[1].id, 5);
   EXPECT_EQ(data.keyframes[1].yaw_rad, 0.3);
@@ -110,6 +113,38 @@ TEST(PageParts, GraphsBecomeKeyframesEdgesAndSpots) {
   EXPECT_TRUE(data.edges[1].loop);
   ASSERT_EQ(data.spots.size(), 1U);
   EXPECT_THAT(data.spots[0].text, testing::HasSubstr("3 frames could not be placed"));
+}
+
+TEST(PageParts, LieInTheBuilding) {
+  PageSite site;
+  site.frame.S_site_map = {{100, 200, pi / 2}, 2};
+  site.frame.sigma_position_m = 0.01;
+  const FramePose frame = InSite(site.frame, Frame(7, {1, 2, 0.5}));
+  EXPECT_NEAR(frame.T_map_base.x, 96, 1e-12);
+  EXPECT_NEAR(frame.T_map_base.y, 202, 1e-12);
+  EXPECT_NEAR(frame.T_map_base.yaw, 0.5 + pi / 2, 1e-12);
+  EXPECT_NEAR(frame.covariance(0, 0), 4 * 4e-6 + 1e-4, 1e-12);
+  const FramePose lost = InSite(site.frame, Unplaced(8, TrackingStatus::kLost));
+  EXPECT_EQ(lost.T_map_base.x, 1) << "no pose";
+
+  const support::TestFolder folder;
+  store::synthetic::SmallMap().Write(folder / "map.gpkg");
+  const store::MapReader map(folder / "map.gpkg");
+  page::PageData in_map;
+  AddMap(map, {}, in_map);
+  site.plan.lines = {{{0, 0}, {1, 1}}};
+  page::PageData in_site;
+  AddMap(map, site, in_site);
+  EXPECT_TRUE(in_map.plan.empty());
+  EXPECT_EQ(in_site.plan.lines, site.plan.lines);
+  EXPECT_EQ(in_site.S_page_map.motion.x, 100);
+  EXPECT_EQ(in_site.picture.min_x, in_map.picture.min_x) << "is placed by the page";
+  ASSERT_FALSE(in_map.keyframes.empty());
+  EXPECT_NEAR(in_site.keyframes[1].x, 100 - 2 * in_map.keyframes[1].y, 1e-9);
+  EXPECT_NEAR(in_site.keyframes[1].y, 200 + 2 * in_map.keyframes[1].x, 1e-9);
+  ASSERT_FALSE(in_map.spots.empty());
+  EXPECT_NEAR(in_site.spots[0].x, 100 - 2 * in_map.spots[0].y, 1e-9);
+  EXPECT_EQ(in_site.spots[0].text, in_map.spots[0].text);
 }
 
 }  // namespace

@@ -185,6 +185,22 @@ TEST(Align, RefusesPointsThatDoNotDetermineIt) {
       ThrowsMessage<InputError>(HasSubstr("'a'")));
 }
 
+TEST(Align, RefusesNumbersThatNoPointHas) {
+  const auto refused = [](const ControlPoint& last) {
+    return [last] { Align({{"a", {1, 2}, {3, 4}, 0}, {"b", {9, 2}, {11, 4}, 0}, last}); };
+  };
+  for (const double number : {1e302, -1.1e9, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT(refused({"c", {1, number}, {3, 4}, 0}),
+                ThrowsMessage<InputError>("point 'c': the coordinates must be within 1e+09"));
+    EXPECT_THAT(refused({"c", {1, 2}, {number, 4}, 0}),
+                ThrowsMessage<InputError>("point 'c': the coordinates must be within 1e+09"));
+  }
+  for (const double sigma : {-1.0, 1e-300, 1e300, std::nan("")}) {
+    EXPECT_THAT(refused({"c", {5, 5}, {7, 7}, sigma}),
+                ThrowsMessage<InputError>(HasSubstr("must be in 1e-06..1e+06, or 0")));
+  }
+}
+
 TEST(Align, RefusesPointsWithoutAMajority) {
   // Two surveys of three points each that contradict each other.
   Survey survey(9);
