@@ -59,9 +59,10 @@ FileState FileStateOf(const fs::path& path) {
 
 std::string DescribeJob(const std::vector<Job>& jobs,
                         std::size_t job,
+                        const std::string& version,
                         const fs::path& folder,
                         const std::vector<bool>& has_result) {
-  std::string text;
+  std::string text = fmt::format("version: {}\n", version);
   for (const std::string& word : WordsOf(jobs[job], has_result)) {
     text += fmt::format("argument: {}\n", word);
   }

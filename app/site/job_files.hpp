@@ -17,11 +17,12 @@ struct FileState {
 };
 FileState FileStateOf(const std::filesystem::path& path);
 
-/// The description of a job: its words, and the states of all that it reads. The result is up to
-/// date while it does not change.
+/// The description of a job: the version of the program, its words, and the states of all that it
+/// reads. The result is up to date while it does not change.
 /// @param folder  in which it runs. @param has_result  of each of `jobs`.
 std::string DescribeJob(const std::vector<Job>& jobs,
                         std::size_t job,
+                        const std::string& version,
                         const std::filesystem::path& folder,
                         const std::vector<bool>& has_result);
 
