@@ -255,7 +255,8 @@ std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerOptions& 
 std::vector<std::string> ForeignResults(const std::vector<Job>& jobs, const RunnerOptions& params) {
   std::vector<std::string> foreign;
   for (const Job& job : jobs) {
-    if (Exists(params.folder / job.output) && !RecordOf(job, params).Exists()) {
+    if (Exists(params.folder / job.output) && !RecordOf(job, params).Exists() &&
+        !IsRecorded(params.records, job.output)) {
       foreign.push_back(job.output);
     }
   }

@@ -219,7 +219,7 @@ class Planner {
   }
 
   void AddMosaic(std::size_t parts, const std::string& output) {
-    const std::string& solved = plan_.jobs[plan_.Solution()].output;
+    const std::string solved = plan_.jobs[plan_.Solution()].output;
     Job whole = NewJob("mosaic", output);
     Add(whole, {"mosaic", solved, "--assemble"});
     whole.needs.push_back(plan_.Solution());

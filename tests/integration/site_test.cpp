@@ -152,9 +152,14 @@ TEST_F(SiteCommand, DrawsTheMosaicInParts) {
                           "mosaic-2 done",
                           "mosaic done"));
   EXPECT_THAT(ReadAll(folder_ / "site.gpkg"), HasSubstr("\n--part=2/2\n"));
+  EXPECT_EQ(Run({"--dry-run"}).out, "0 of 7 jobs to be made\n");
   std::filesystem::remove(folder_ / "site.work/mosaic/2.gpkg");
   EXPECT_EQ(Run({"--dry-run"}).out,
             "mosaic-2  site.work/mosaic/2.gpkg\nmosaic  site.gpkg\n2 of 7 jobs to be made\n");
+  // Another job makes the map of the site then, which this site has made.
+  WriteManifest("");
+  EXPECT_EQ(Run().exit_code, 0);
+  EXPECT_THAT(ReadAll(folder_ / "site.gpkg"), Not(HasSubstr("--assemble")));
 }
 
 TEST_F(SiteCommand, ARecordingWithoutAMapIsNamedAndLeftOut) {

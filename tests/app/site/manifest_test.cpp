@@ -181,7 +181,8 @@ TEST_F(BadManifest, OptionsThatThePlanSets) {
                          "5: recordings[0].options[0] = --rig=other.yaml, must be without it: it "
                          "is the key 'rig' of a recording; remove it from the options");
   ExpectRefused(std::string(kTwoRecordings) + "options: {mosaic_parts: 0}",
-                "5: options.mosaic_parts = 0, must be a whole number from 1 to 10000");
+                "5: options.mosaic_parts = 0, must be a whole number in 1..10000; correct the "
+                "value");
   ExpectRefused(std::string(kTwoRecordings) + "options: {solve: [--no-mosaic]}",
                 "5: options.solve[0] = --no-mosaic, must be without it: the plan sets it by "
                 "'mosaic_parts'; remove it from the options");
