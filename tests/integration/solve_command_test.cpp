@@ -108,7 +108,7 @@ TEST_F(SolveCommand, PartsOfTheMosaicAreThatOfTheMap) {
                                       "first.gpkg",
                                       "wide.gpkg",
                                       "--edges=first-wide.edges",
-                                      "--resolution=0.003",
+                                      "--resolution=0.006",
                                       "-o",
                                       output};
     words.insert(words.end(), more.begin(), more.end());
@@ -127,8 +127,8 @@ TEST_F(SolveCommand, PartsOfTheMosaicAreThatOfTheMap) {
   mosaic({"-o", "drawn.gpkg"});
   EXPECT_THAT(mosaic({"--part=1/2", "-o", "part-1.gpkg"}), HasSubstr("part 1/2 of a mosaic of "));
   mosaic({"--part=2/2", "-o", "part-2.gpkg"});
-  EXPECT_THAT(mosaic({"--assemble", "part-2.gpkg", "part-1.gpkg", "-o", "site.gpkg"}),
-              HasSubstr("written site.gpkg"));
+  EXPECT_THAT(mosaic({"--assemble", "part-2.gpkg", "part-1.gpkg", "-o", "assembled.gpkg"}),
+              HasSubstr("written assembled.gpkg"));
   const auto picture = [](const std::string& map) {
     EXPECT_EQ(Run({"export", map, "--format=png", "-o", map + ".png"}).exit_code, 0);
     return ReadAll(Out(map + ".png"));
@@ -136,12 +136,12 @@ TEST_F(SolveCommand, PartsOfTheMosaicAreThatOfTheMap) {
   const std::string expected = picture("whole.gpkg");
   EXPECT_GT(expected.size(), 10'000U);
   EXPECT_TRUE(picture("drawn.gpkg") == expected);
-  EXPECT_TRUE(picture("site.gpkg") == expected);
+  EXPECT_TRUE(picture("assembled.gpkg") == expected);
   const auto known = [](nlohmann::json info) {
     for (const char* const own : {"provenance", "file_bytes"}) info.erase(own);
     return info;
   };
-  EXPECT_EQ(known(sites_->Info("site.gpkg")), known(sites_->Info("whole.gpkg")));
+  EXPECT_EQ(known(sites_->Info("assembled.gpkg")), known(sites_->Info("whole.gpkg")));
 
   ExpectRefused({"mosaic", "undrawn.gpkg", "--part=3/2", "-o", "x.gpkg"},
                 2,
