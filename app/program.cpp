@@ -147,6 +147,7 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
   for (const auto add : {commands::AddMergeCommand,
                          commands::AddMatchCommand,
                          commands::AddSolveCommand,
+                         commands::AddMosaicCommand,
                          commands::AddAlignCommand,
                          commands::AddUpdateCommand,
                          commands::AddInfoCommand,

@@ -327,6 +327,19 @@ SolvedMaps SolveMaps(const std::vector<NamedMap>& maps,
   return MapSolver(maps, matches, params).Run();
 }
 
+graph::MapGraph WriteSolvedGraph(const SolvedMaps& solved,
+                                 const std::vector<NamedMap>& maps,
+                                 const CommonView& view,
+                                 store::MapWriter& writer) {
+  graph::MapGraph graph = solved.graph;
+  const PartIds ids{solved.first_ids};
+  ToCommonView(maps, view, ids, graph);
+  PartImages images(maps, view, ids, {&graph, 1});
+  for (const graph::Keyframe& keyframe : graph.keyframes) images.Write(keyframe.id, writer);
+  writer.WriteGraph(graph);
+  return graph;
+}
+
 mosaic::WrittenMap WriteSolved(const SolvedMaps& solved,
                                const std::vector<NamedMap>& maps,
                                const CommonView& view,
@@ -334,17 +347,13 @@ mosaic::WrittenMap WriteSolved(const SolvedMaps& solved,
                                const MapperParams& params,
                                store::MapWriter& writer,
                                const UnionProgress& progress) {
-  graph::MapGraph graph = solved.graph;
-  const PartIds ids{solved.first_ids};
-  ToCommonView(maps, view, ids, graph);
-  PartImages images(maps, view, ids, {&graph, 1});
-  return WriteUnion(
-      graph,
-      [&](std::int64_t id) { images.Write(id, writer); },
+  const graph::MapGraph graph = WriteSolvedGraph(solved, maps, view, writer);
+  const mosaic::MosaicRenderer renderer(
+      graph.keyframes,
       metadata,
-      params,
-      writer,
-      progress);
+      [&writer](std::int64_t id) { return writer.ReadImage(id); },
+      mosaic::ParamsFor(metadata, params.mosaic));
+  return mosaic::WriteMosaic(renderer, writer, progress);
 }
 
 }  // namespace ceilmap::mapping

@@ -52,8 +52,15 @@ SolvedMaps SolveMaps(const std::vector<NamedMap>& maps,
                      const std::vector<NamedMatch>& matches,
                      const graph::PoseGraphParams& params = {});
 
-/// Writes the union to the writer (without Commit).
+/// Writes the union to the writer (without Commit), without a mosaic: mosaic::UndrawnMap draws it.
 /// @param maps  as given to SolveMaps. @param view  CommonView of the joined maps.
+/// @return the graph as it is written.
+graph::MapGraph WriteSolvedGraph(const SolvedMaps& solved,
+                                 const std::vector<NamedMap>& maps,
+                                 const CommonView& view,
+                                 store::MapWriter& writer);
+
+/// The same with the mosaic.
 /// @param metadata  of the union, as MergeMaps. @param writer  made with `metadata`.
 mosaic::WrittenMap WriteSolved(const SolvedMaps& solved,
                                const std::vector<NamedMap>& maps,

@@ -42,10 +42,8 @@ mosaic::WrittenMap WriteUnion(const graph::MapGraph& graph,
                               store::MapWriter& writer,
                               const UnionProgress& progress) {
   for (const graph::Keyframe& keyframe : graph.keyframes) write_image(keyframe.id);
-  mosaic::MosaicParams mosaic = params.mosaic;
-  mosaic.view_mask = metadata.view_mask;
-  if (mosaic.resolution <= 0) mosaic.resolution = metadata.resolution;
-  return mosaic::WriteMap(graph, metadata, mosaic, writer, progress);
+  return mosaic::WriteMap(
+      graph, metadata, mosaic::ParamsFor(metadata, params.mosaic), writer, progress);
 }
 
 MergeResult MergeMaps(const std::vector<NamedMap>& maps,

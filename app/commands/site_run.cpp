@@ -42,6 +42,7 @@ int DefaultProcesses() {
 site::RunnerOptions RunnerOptionsFor(const SiteRunOptions& params, const site::Plan& plan) {
   site::RunnerOptions runner;
   runner.program = params.site.Program();
+  runner.version = CEILMAP_VERSION;
   runner.folder = plan.folder;
   runner.records = plan.folder / plan.work / "jobs";
   runner.processes = params.processes > 0 ? params.processes : DefaultProcesses();
@@ -103,7 +104,7 @@ std::vector<JobResult> RunPlan(const site::Plan& plan, site::RunnerOptions runne
 /// Warnings of the jobs that make the map of the site: those name maps that do not connect.
 void PrintWarningsOf(const site::Plan& plan, const std::vector<JobResult>& results) {
   constexpr std::string_view kWarning = "ceilmap: warning: ";
-  for (std::size_t i = plan.maps + plan.matches; i < plan.jobs.size(); ++i) {
+  for (std::size_t i = plan.Solution(); i < plan.jobs.size(); ++i) {
     if (!results[i].HasResult()) continue;
     std::ifstream log(plan.folder / plan.jobs[i].log);
     for (std::string line; std::getline(log, line);) {

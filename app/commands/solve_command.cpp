@@ -31,6 +31,7 @@ struct SolveOptions {
   UnionOptions maps;
   std::vector<fs::path> edges;
   PointOptions points;
+  bool no_mosaic = false;
 
   [[nodiscard]] bool HasPoints() const { return !points.points.empty(); }
   void Check(files::Existing existing) const;
@@ -149,7 +150,9 @@ void RunSolve(const SolveOptions& params, const CommonOptions& common, terminal:
   store::MapWriter writer(params.maps.output, metadata);
   inputs.CheckCurrent();
   start = std::chrono::steady_clock::now();
-  {
+  if (params.no_mosaic) {
+    static_cast<void>(mapping::WriteSolvedGraph(solved, inputs.Maps(), view, writer));
+  } else {
     terminal::Progress progress("drawing", "tiles");
     mapping::WriteSolved(
         solved, inputs.Maps(), view, metadata, {}, writer, [&progress](int done, int total) {
@@ -157,7 +160,7 @@ void RunSolve(const SolveOptions& params, const CommonOptions& common, terminal:
         });
   }
   writer.Commit();
-  summary.stages_ms["draw"] = 1e3 * terminal::SecondsSince(start);
+  summary.stages_ms[params.no_mosaic ? "write" : "draw"] = 1e3 * terminal::SecondsSince(start);
   summary.files = {params.maps.output};
   summary.frames = static_cast<std::int64_t>(solved.graph.trajectory.size());
   if (!common.quiet) ReportSolved(solved, params.maps, metadata);
@@ -188,6 +191,9 @@ Command AddSolveCommand(CLI::App& program) {
                  params->maps.resolution,
                  "Metres per map pixel [that of the first joined map]")
       ->type_name("M");
+  cli.add_flag("--no-mosaic",
+               params->no_mosaic,
+               "Write the map without its mosaic, for 'ceilmap mosaic', which draws it in parts");
   cli.add_option("-o,--output", params->maps.output, "The map of all")
       ->required()
       ->type_name("SITE.gpkg");

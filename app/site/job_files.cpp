@@ -30,6 +30,10 @@ std::string InputLine(const std::string& name, const FileState& state) {
   return fmt::format("input: {} {} {} {}\n", state.entries, state.bytes, state.newest_ns, name);
 }
 
+std::string OutputLine(const std::string& output) {
+  return fmt::format("output: {}\n", output);
+}
+
 std::string TextOf(bool done, const std::string& description) {
   return fmt::format("{}state: {}\n{}", kFirstLine, done ? "done" : "begun", description);
 }
@@ -59,9 +63,10 @@ FileState FileStateOf(const fs::path& path) {
 
 std::string DescribeJob(const std::vector<Job>& jobs,
                         std::size_t job,
+                        const std::string& version,
                         const fs::path& folder,
                         const std::vector<bool>& has_result) {
-  std::string text;
+  std::string text = OutputLine(jobs[job].output) + fmt::format("version: {}\n", version);
   for (const std::string& word : WordsOf(jobs[job], has_result)) {
     text += fmt::format("argument: {}\n", word);
   }
@@ -93,6 +98,18 @@ void JobRecord::Write(bool done, const std::string& description) const {
   stream.close();
   if (!stream) throw RunError(fmt::format("{}: cannot be written", file_.string()));
   file.Commit();
+}
+
+bool IsRecorded(const fs::path& records, const std::string& output) {
+  const std::string line = "\n" + OutputLine(output);
+  std::error_code error;
+  for (fs::directory_iterator entry(records, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::ifstream stream(entry->path(), std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(stream), {}};
+    if (text.find(line) != std::string::npos) return true;
+  }
+  return false;
 }
 
 std::string LastLine(const fs::path& log) {

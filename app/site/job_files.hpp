@@ -17,11 +17,12 @@ struct FileState {
 };
 FileState FileStateOf(const std::filesystem::path& path);
 
-/// The description of a job: its words, and the states of all that it reads. The result is up to
-/// date while it does not change.
+/// The description of a job: its result, the version of the program, its words, and the states of
+/// all that it reads. The result is up to date while it does not change.
 /// @param folder  in which it runs. @param has_result  of each of `jobs`.
 std::string DescribeJob(const std::vector<Job>& jobs,
                         std::size_t job,
+                        const std::string& version,
                         const std::filesystem::path& folder,
                         const std::vector<bool>& has_result);
 
@@ -41,6 +42,10 @@ class JobRecord {
  private:
   std::filesystem::path file_;
 };
+
+/// Whether a record in this folder is of a job with this result, whatever the job's name. Another
+/// plan of the site may have had another last job.
+bool IsRecorded(const std::filesystem::path& records, const std::string& output);
 
 /// The last line of a log that is not blank, for a message; empty when there is none.
 std::string LastLine(const std::filesystem::path& log);

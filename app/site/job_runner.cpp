@@ -103,7 +103,7 @@ class Runner {
       End(i, {JobState::kSkipped, 0, fmt::format("{} has no result", missing)});
       return;
     }
-    std::string description = DescribeJob(jobs_, i, params_.folder, HaveResults());
+    std::string description = DescribeJob(jobs_, i, params_.version, params_.folder, HaveResults());
     const JobRecord record = RecordOf(jobs_[i], params_);
     if (Exists(Absolute(jobs_[i].output)) && record.IsDone(description)) {
       End(i, {JobState::kKept, 0, ""});
@@ -246,7 +246,8 @@ std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerOptions& 
       for (const std::size_t before : *list) again = again || make[before];
     }
     make.push_back(again || !Exists(params.folder / jobs[i].output) ||
-                   !RecordOf(jobs[i], params).IsDone(DescribeJob(jobs, i, params.folder, all)));
+                   !RecordOf(jobs[i], params)
+                        .IsDone(DescribeJob(jobs, i, params.version, params.folder, all)));
   }
   return make;
 }
@@ -254,7 +255,8 @@ std::vector<bool> JobsToMake(const std::vector<Job>& jobs, const RunnerOptions& 
 std::vector<std::string> ForeignResults(const std::vector<Job>& jobs, const RunnerOptions& params) {
   std::vector<std::string> foreign;
   for (const Job& job : jobs) {
-    if (Exists(params.folder / job.output) && !RecordOf(job, params).Exists()) {
+    if (Exists(params.folder / job.output) && !RecordOf(job, params).Exists() &&
+        !IsRecorded(params.records, job.output)) {
       foreign.push_back(job.output);
     }
   }

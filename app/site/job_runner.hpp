@@ -35,6 +35,7 @@ struct JobResult {
 
 struct RunnerOptions {
   std::filesystem::path program;      ///< of all jobs, absolute
+  std::string version;                ///< of the program: another one makes all again
   std::filesystem::path folder;       ///< in which they run, absolute
   std::filesystem::path records;      ///< folder of the records of jobs
   int processes = 1;                  ///< at most at a time, >= 1

@@ -21,6 +21,7 @@ namespace {
 constexpr std::string_view kWhat = "a site's manifest (ceilmap help files: SITE.yaml)";
 constexpr int kMaxPriority = 1000000;
 constexpr std::size_t kMaxNameBytes = 80;
+constexpr int kMaxMosaicParts = 10000;
 
 /// An option of a step that must not stand in the manifest's options.
 struct Refused {
@@ -30,7 +31,7 @@ struct Refused {
 
 constexpr std::string_view kSetByPlan = "without it: the plan sets it";
 
-constexpr std::array<Refused, 8> kNotOfMap{{
+constexpr std::array<Refused, 9> kNotOfMap{{
     {"--append", "without it: each recording has a map of its own"},
     {"--rig", "without it: it is the key 'rig' of a recording"},
     {"--up", "without it: it is the key 'up' of a recording"},
@@ -39,6 +40,7 @@ constexpr std::array<Refused, 8> kNotOfMap{{
     {"--gyro", "without it: it is the key 'gyro' of a recording"},
     {"--forward", "without it: it is the key 'forward' of a recording"},
     {"--edges", kSetByPlan},
+    {"--no-mosaic", "without it: the plan sets it by 'mosaic_parts'"},
 }};
 
 /// Options of `map` that name a file or folder of results.
@@ -141,7 +143,7 @@ std::vector<std::string> Options(const YamlValue& list, bool of_all_maps) {
 }
 
 StepOptions ReadOptions(const YamlValue& value) {
-  value.AllowOnly({"map", "match", "solve", "align"});
+  value.AllowOnly({"map", "match", "solve", "align", "mosaic_parts"});
   StepOptions options;
   const std::initializer_list<std::pair<std::string_view, std::vector<std::string>*>> steps = {
       {"map", &options.map},
@@ -150,6 +152,9 @@ StepOptions ReadOptions(const YamlValue& value) {
       {"align", &options.align}};
   for (const auto& [key, words] : steps) {
     if (const auto list = value.Find(key)) *words = Options(*list, key == "map");
+  }
+  if (const auto parts = value.Find("mosaic_parts")) {
+    options.mosaic_parts = parts->WholeNumber(1, kMaxMosaicParts);
   }
   return options;
 }

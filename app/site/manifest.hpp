@@ -33,6 +33,8 @@ struct StepOptions {
   std::vector<std::string> match;
   std::vector<std::string> solve;
   std::vector<std::string> align;
+  /// Jobs that draw the mosaic; 1: the solution draws it. 0: not given.
+  int mosaic_parts = 0;
 };
 
 /// A manifest, SITE.yaml. Paths as those of a recording.

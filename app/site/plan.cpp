@@ -1,5 +1,7 @@
 #include "app/site/plan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -87,6 +89,9 @@ void AddOptions(Job& job, const Words& options) {
     }
   }
 }
+
+/// A job of its own reads all images once before it draws, which pays for large sites only.
+constexpr std::size_t kMembersPerPart = 50;
 
 class Planner {
  public:
@@ -183,19 +188,53 @@ class Planner {
     plan_.matches = plan_.jobs.size() - plan_.maps;
   }
 
+  [[nodiscard]] std::size_t MosaicParts() const {
+    const int given = manifest_.options.mosaic_parts;
+    return given > 0 ? static_cast<std::size_t>(given)
+                     : std::max<std::size_t>(1, members_.size() / kMembersPerPart);
+  }
+
+  /// Jobs of which the last one makes the map of the site.
   void AddSolution() {
     const bool aligned = !manifest_.control_points.empty();
-    Job job = NewJob("solve", aligned ? InWork("", "solved.gpkg") : manifest_.output);
+    const std::size_t parts = MosaicParts();
+    const std::string drawn = aligned ? InWork("", "drawn.gpkg") : manifest_.output;
+    AddSolving(parts > 1 || aligned ? InWork("", "solved.gpkg") : manifest_.output, parts > 1);
+    if (parts > 1) AddMosaic(parts, drawn);
+    if (aligned) AddAlignment();
+  }
+
+  void AddSolving(const std::string& output, bool in_parts) {
+    Job job = NewJob("solve", output);
     Add(job, {"solve"});
     for (const Member& member : members_) AddMember(job, member);
     for (std::size_t i = 0; i < plan_.jobs.size(); ++i) {
       job.uses.push_back(i);
       if (i >= plan_.maps) job.arguments.push_back({"--edges=" + plan_.jobs[i].output, i});
     }
+    if (in_parts) Add(job, {"--no-mosaic"});
     AddOutput(job);
     AddOptions(job, manifest_.options.solve);
     plan_.jobs.push_back(std::move(job));
-    if (aligned) AddAlignment();
+  }
+
+  void AddMosaic(std::size_t parts, const std::string& output) {
+    const std::string solved = plan_.jobs[plan_.Solution()].output;
+    Job whole = NewJob("mosaic", output);
+    Add(whole, {"mosaic", solved, "--assemble"});
+    whole.needs.push_back(plan_.Solution());
+    for (std::size_t i = 1; i <= parts; ++i) {
+      Job part = NewJob(fmt::format("mosaic-{}", i), InWork("mosaic", fmt::format("{}.gpkg", i)));
+      Add(part, {"mosaic", solved, fmt::format("--part={}/{}", i, parts)});
+      part.needs.push_back(plan_.Solution());
+      AddOutput(part);
+      Add(whole, {part.output});
+      whole.needs.push_back(plan_.jobs.size());
+      plan_.jobs.push_back(std::move(part));
+    }
+    AddOutput(whole);
+    plan_.jobs.push_back(std::move(whole));
+    plan_.parts = parts;
   }
 
   void AddAlignment() {

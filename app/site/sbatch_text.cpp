@@ -142,11 +142,15 @@ struct Stage {
 };
 
 std::vector<Stage> StagesOf(const Plan& plan) {
-  const std::size_t solution = plan.maps + plan.matches;
+  const std::size_t solution = plan.Solution();
+  const std::size_t drawn = solution + 1 + plan.parts;
+  const std::size_t assembled = plan.parts > 0 ? drawn + 1 : drawn;
   std::vector<Stage> stages = {{"map", 0, plan.maps, ""},
                                {"match", plan.maps, solution, "afterany"},
                                {"solve", solution, solution + 1, "afterany"},
-                               {"align", solution + 1, plan.jobs.size(), "afterok"}};
+                               {"part", solution + 1, drawn, "afterok"},
+                               {"mosaic", drawn, assembled, "afterok"},
+                               {"align", assembled, plan.jobs.size(), "afterok"}};
   std::erase_if(stages, [](const Stage& stage) { return stage.begin == stage.end; });
   return stages;
 }

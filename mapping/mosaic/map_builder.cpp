@@ -13,6 +13,12 @@ WrittenMap WriteMap(const graph::MapGraph& graph,
       metadata,
       [&writer](std::int64_t id) { return writer.ReadImage(id); },
       mosaic);
+  return WriteMosaic(renderer, writer, progress);
+}
+
+WrittenMap WriteMosaic(const MosaicRenderer& renderer,
+                       store::MapWriter& writer,
+                       const std::function<void(int, int)>& progress) {
   writer.WriteLeftOut(renderer.LeftOutPlaces());
   writer.WriteMosaic(
       renderer.Grid(),
@@ -21,6 +27,12 @@ WrittenMap WriteMap(const graph::MapGraph& graph,
       },
       progress);
   return {renderer.Grid(), renderer.LeftOutPlaces()};
+}
+
+MosaicParams ParamsFor(const store::MapMetadata& metadata, MosaicParams params) {
+  params.view_mask = metadata.view_mask;
+  if (params.resolution <= 0) params.resolution = metadata.resolution;
+  return params;
 }
 
 }  // namespace ceilmap::mosaic

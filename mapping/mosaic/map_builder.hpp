@@ -23,4 +23,12 @@ WrittenMap WriteMap(const graph::MapGraph& graph,
                     store::MapWriter& writer,
                     const std::function<void(int, int)>& progress = {});
 
+/// Writes what a renderer draws (without Commit): the mosaic, and what it leaves out.
+WrittenMap WriteMosaic(const MosaicRenderer& renderer,
+                       store::MapWriter& writer,
+                       const std::function<void(int, int)>& progress = {});
+
+/// The mask of the views and, unless it is set, the resolution are those of the map.
+MosaicParams ParamsFor(const store::MapMetadata& metadata, MosaicParams params = {});
+
 }  // namespace ceilmap::mosaic

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -15,6 +16,27 @@
 #include "mapping/survey/site_frame.hpp"
 
 namespace ceilmap::store {
+
+/// Extent of a mosaic and position of its pixels in the map: pixel (col, row) of the full mosaic
+/// has its CENTRE at
+///   x = min_x + (col + 0.5) * resolution,  y = max_y - (row + 0.5) * resolution.
+/// The mosaic is stored as seen from above: x right, y up, mirrored relative to an image from below
+/// (mapping/README.md, "Pixels").
+struct MosaicGrid {
+  double min_x = 0;
+  double max_y = 0;
+  double resolution = 0;
+  int width_px = 0;
+  int height_px = 0;
+};
+
+/// A band of the rows of a map's mosaic, in a file of its own (mapping/mosaic/mosaic_parts.hpp).
+struct MosaicPart {
+  int part = 1;             ///< 1 to `parts`
+  int parts = 1;            ///< in all
+  MosaicGrid whole;         ///< of the mosaic of the map
+  std::uint64_t graph = 0;  ///< graph::Fingerprint of the map
+};
 
 /// Metadata of a map.
 struct MapMetadata {
@@ -36,25 +58,14 @@ struct MapMetadata {
   std::string provenance;  ///< command line, source names, date; free text
   /// The map in the coordinates of its building; nothing: not aligned (survey::Align).
   std::optional<survey::SiteFrame> site;
+  /// The file holds a part of the mosaic of the map that these metadata describe, and nothing else.
+  std::optional<MosaicPart> part;
 };
 
 /// Height above the floor, metres, of a point of the ceiling with inverse height ratio `rho` > 0
 /// (mapping/heights/height_field.hpp); nothing where the focal length or the height of the ceiling
 /// is not known.
 std::optional<double> HeightAboveFloor(const MapMetadata& metadata, double rho);
-
-/// Extent of a mosaic and position of its pixels in the map: pixel (col, row) of the full mosaic
-/// has its CENTRE at
-///   x = min_x + (col + 0.5) * resolution,  y = max_y - (row + 0.5) * resolution.
-/// The mosaic is stored as seen from above: x right, y up, mirrored relative to an image from below
-/// (mapping/README.md, "Pixels").
-struct MosaicGrid {
-  double min_x = 0;
-  double max_y = 0;
-  double resolution = 0;
-  int width_px = 0;
-  int height_px = 0;
-};
 
 /// Place in the map of a pixel of the mosaic; (0, 0) is the centre of the first one.
 Eigen::Vector2d PixelToMap(const MosaicGrid& grid, const Eigen::Vector2d& col_row);
@@ -92,6 +103,12 @@ class MapWriter {
   /// @throws InputError when the folder of `file` does not exist or cannot be written, or the name
   /// does not end in .gpkg.
   MapWriter(const std::filesystem::path& file, MapMetadata metadata);
+  /// Begins with a copy of a map that has no mosaic yet: only WriteLeftOut and WriteMosaic are left
+  /// to be called.
+  /// @param metadata  of this map. @param map  a local file.
+  MapWriter(const std::filesystem::path& file,
+            MapMetadata metadata,
+            const std::filesystem::path& map);
   ~MapWriter();
   MapWriter(const MapWriter&) = delete;
   MapWriter& operator=(const MapWriter&) = delete;
@@ -132,6 +149,9 @@ class MapWriter {
   std::unique_ptr<Impl> impl_;
 };
 
+/// What a GeoPackage of ceilmap holds.
+enum class FileKind { kMap, kMosaicPart };
+
 /// Reads a map. @throws InputError when the file is missing, no GeoPackage, no ceilmap map,
 /// damaged, or of another format version (with a solution in each message). Thread-safe.
 ///
@@ -141,8 +161,9 @@ class MapWriter {
 /// answer for about half a minute, or has another version of the map than the one that was opened.
 class MapReader {
  public:
-  /// @param file  a local file, or a name for which IsRemoteName.
-  explicit MapReader(const std::filesystem::path& file);
+  /// @param file  a local file, or a name for which IsRemoteName. @param kind  any other is
+  /// refused.
+  explicit MapReader(const std::filesystem::path& file, FileKind kind = FileKind::kMap);
   ~MapReader();
   MapReader(const MapReader&) = delete;
   MapReader& operator=(const MapReader&) = delete;

@@ -67,6 +67,21 @@ std::optional<survey::SiteFrame> SiteFromRows(const std::map<std::string, std::s
   return site;
 }
 
+/// Nothing for a map.
+std::optional<MosaicPart> PartFromRows(const std::map<std::string, std::string>& rows) {
+  if (!rows.contains("part")) return std::nullopt;
+  MosaicPart part;
+  part.part = Value<int>(rows, "part");
+  part.parts = Value<int>(rows, "parts");
+  part.graph = Value<std::uint64_t>(rows, "part_graph");
+  part.whole.min_x = Value<double>(rows, "part_whole_min_x");
+  part.whole.max_y = Value<double>(rows, "part_whole_max_y");
+  part.whole.resolution = Value<double>(rows, "part_whole_resolution");
+  part.whole.width_px = Value<int>(rows, "part_whole_width_px");
+  part.whole.height_px = Value<int>(rows, "part_whole_height_px");
+  return part;
+}
+
 bool IsPositive(double value) {
   return std::isfinite(value) && value > 0;
 }
@@ -107,6 +122,17 @@ std::map<std::string, std::string> ToRows(const survey::SiteFrame& site) {
           {"site_sigma_scale", ToText(site.sigma_scale)}};
 }
 
+std::map<std::string, std::string> ToRows(const MosaicPart& part) {
+  return {{"part", std::to_string(part.part)},
+          {"parts", std::to_string(part.parts)},
+          {"part_graph", std::to_string(part.graph)},
+          {"part_whole_min_x", ToText(part.whole.min_x)},
+          {"part_whole_max_y", ToText(part.whole.max_y)},
+          {"part_whole_resolution", ToText(part.whole.resolution)},
+          {"part_whole_width_px", std::to_string(part.whole.width_px)},
+          {"part_whole_height_px", std::to_string(part.whole.height_px)}};
+}
+
 std::map<std::string, std::string> ToRows(const MapMetadata& m) {
   std::map<std::string, std::string> rows = {
       {"format_version", std::to_string(m.format_version)},
@@ -127,6 +153,7 @@ std::map<std::string, std::string> ToRows(const MapMetadata& m) {
       {"program_version", m.program_version},
       {kProvenanceKey, m.provenance}};
   if (m.site) rows.merge(ToRows(*m.site));
+  if (m.part) rows.merge(ToRows(*m.part));
   return rows;
 }
 
@@ -186,6 +213,7 @@ MapMetadata FromRows(const std::map<std::string, std::string>& rows) {
   m.program_version = Text(rows, "program_version");
   m.provenance = Text(rows, kProvenanceKey);
   m.site = SiteFromRows(rows);
+  m.part = PartFromRows(rows);
   if (const std::string problem = Problem(m); !problem.empty()) {
     throw InputError("ceilmap_metadata: " + problem + "; the file is damaged");
   }
@@ -215,6 +243,10 @@ std::string Problem(const MapMetadata& m) {
   if (!std::isfinite(m.view_focal_px) || m.view_focal_px < 0) return "view_focal_px must be >= 0";
   if (!IsCoordinate(m.view_principal_px.x()) || !IsCoordinate(m.view_principal_px.y())) {
     return "view_principal_px must be finite";
+  }
+  if (m.part) {
+    if (m.part->part < 1 || m.part->part > m.part->parts) return "part must be in 1..parts";
+    if (const std::string problem = Problem(m.part->whole); !problem.empty()) return problem;
   }
   return m.site ? Problem(*m.site) : "";
 }

@@ -27,6 +27,9 @@ MapMetadata FromRows(const std::map<std::string, std::string>& rows);
 /// The alignment with the building as rows of the same table, without its points.
 std::map<std::string, std::string> ToRows(const survey::SiteFrame& site);
 
+/// What a part of a mosaic has more than the metadata of its map.
+std::map<std::string, std::string> ToRows(const MosaicPart& part);
+
 /// MapQuality as rows of the same table.
 std::map<std::string, std::string> ToRows(const graph::MapQuality& quality);
 graph::MapQuality QualityFromRows(const std::map<std::string, std::string>& rows);

@@ -36,7 +36,7 @@ GDALDatasetUniquePtr Open(const std::string& name,
 }  // namespace
 
 struct MapReader::Impl {
-  explicit Impl(const fs::path& path);
+  Impl(const fs::path& path, FileKind kind);
 
   [[noreturn]] void Throw(const std::string& what) const { origin.Throw(what); }
   void Check(const GdalScope& gdal) const {
@@ -71,8 +71,14 @@ struct MapReader::Impl {
   GDALDatasetUniquePtr mosaic;  // null: the map has none
 };
 
-MapReader::Impl::Impl(const fs::path& path) : origin(path) {
+MapReader::Impl::Impl(const fs::path& path, FileKind kind) : origin(path) {
   OpenTables();
+  if (kind == FileKind::kMap && metadata.part) {
+    Throw("is a part of a mosaic; 'ceilmap mosaic MAP --assemble' makes a map of all parts");
+  }
+  if (kind == FileKind::kMosaicPart && !metadata.part) {
+    Throw("is a map; give files of 'ceilmap mosaic MAP --part'");
+  }
   OpenMosaic();
   // Each dataset was opened by name: they must not be of two different files. On a server all that
   // is read is of one version.
@@ -198,7 +204,8 @@ void MapReader::Impl::AddHeights(std::vector<graph::Keyframe>& keyframes) const 
   }
 }
 
-MapReader::MapReader(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
+MapReader::MapReader(const fs::path& file, FileKind kind)
+    : impl_(std::make_unique<Impl>(file, kind)) {}
 MapReader::~MapReader() {
   const GdalScope gdal;
   impl_.reset();

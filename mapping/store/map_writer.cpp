@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <future>
 #include <mutex>
 #include <optional>
@@ -67,6 +68,7 @@ RenderedWindow RenderWindow(const MosaicSource& source, const cv::Rect& window) 
 }  // namespace
 
 struct MapWriter::Impl {
+  static std::unique_ptr<Impl> Make(const std::filesystem::path& file, MapMetadata metadata);
   Impl(const std::filesystem::path& path, MapMetadata map_metadata)
       : file(path, {"-wal", "-shm", "-journal"}), metadata(std::move(map_metadata)) {}
 
@@ -78,6 +80,7 @@ struct MapWriter::Impl {
   }
 
   void CreateTables();
+  void CopyTables(const std::filesystem::path& map);
   void OpenDataset(const GdalScope& gdal);
   void CloseDataset(const GdalScope& gdal);
   void GatherDescriptors();
@@ -92,6 +95,18 @@ struct MapWriter::Impl {
   mutable std::mutex mutex;
   GDALDatasetUniquePtr dataset;  // after `file`: closed before the partial file is removed
 };
+
+std::unique_ptr<MapWriter::Impl> MapWriter::Impl::Make(const std::filesystem::path& file,
+                                                       MapMetadata metadata) {
+  if (file.extension() != ".gpkg") {
+    throw InputError(file.string() + ": a map file's name must end in .gpkg");
+  }
+  if (const std::string problem = Problem(metadata); !problem.empty()) {
+    throw InputError(file.string() + ": cannot describe the map: " + problem);
+  }
+  metadata.format_version = kMapFormatVersion;
+  return std::make_unique<Impl>(file, std::move(metadata));
+}
 
 void MapWriter::Impl::CreateTables() {
   const GdalScope gdal;
@@ -120,6 +135,15 @@ void MapWriter::Impl::CreateTables() {
   if (metadata.view_mask.empty()) return;
   const std::vector<unsigned char> mask = EncodeImage(metadata.view_mask);
   Check(gdal, tables::Append(Layer(tables::kMask), 0, mask));
+}
+
+void MapWriter::Impl::CopyTables(const std::filesystem::path& map) {
+  std::error_code error;
+  std::filesystem::copy_file(
+      map, file.PartialPath(), std::filesystem::copy_options::overwrite_existing, error);
+  if (error) throw RunError("cannot write " + file.Target().string() + ": " + error.message());
+  const GdalScope gdal;
+  OpenDataset(gdal);
 }
 
 void MapWriter::Impl::OpenDataset(const GdalScope& gdal) {
@@ -212,16 +236,16 @@ OGRLayer& MapWriter::Impl::Layer(const char* name) const {
   return *layer;
 }
 
-MapWriter::MapWriter(const std::filesystem::path& file, MapMetadata metadata) {
-  if (file.extension() != ".gpkg") {
-    throw InputError(file.string() + ": a map file's name must end in .gpkg");
-  }
-  if (const std::string problem = Problem(metadata); !problem.empty()) {
-    throw InputError(file.string() + ": cannot describe the map: " + problem);
-  }
-  metadata.format_version = kMapFormatVersion;
-  impl_ = std::make_unique<Impl>(file, std::move(metadata));
+MapWriter::MapWriter(const std::filesystem::path& file, MapMetadata metadata)
+    : impl_(Impl::Make(file, std::move(metadata))) {
   impl_->CreateTables();
+}
+
+MapWriter::MapWriter(const std::filesystem::path& file,
+                     MapMetadata metadata,
+                     const std::filesystem::path& map)
+    : impl_(Impl::Make(file, std::move(metadata))) {
+  impl_->CopyTables(map);
 }
 
 MapWriter::~MapWriter() {

@@ -139,6 +139,29 @@ TEST_F(SiteCommand, MakesAgainWhatTheManifestChanges) {
               ElementsAre("map-a kept", "map-b kept", "match-a--b done", "solve done"));
 }
 
+TEST_F(SiteCommand, DrawsTheMosaicInParts) {
+  WriteManifest("options: {mosaic_parts: 2}\n");
+  const support::ProcessResult result = Run({"-j2", "--summary=s.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(States(nlohmann::json::parse(ReadAll(folder_ / "s.json"))),
+              ElementsAre("map-a done",
+                          "map-b done",
+                          "match-a--b done",
+                          "solve done",
+                          "mosaic-1 done",
+                          "mosaic-2 done",
+                          "mosaic done"));
+  EXPECT_THAT(ReadAll(folder_ / "site.gpkg"), HasSubstr("\n--part=2/2\n"));
+  EXPECT_EQ(Run({"--dry-run"}).out, "0 of 7 jobs to be made\n");
+  std::filesystem::remove(folder_ / "site.work/mosaic/2.gpkg");
+  EXPECT_EQ(Run({"--dry-run"}).out,
+            "mosaic-2  site.work/mosaic/2.gpkg\nmosaic  site.gpkg\n2 of 7 jobs to be made\n");
+  // Another job makes the map of the site then, which this site has made.
+  WriteManifest("");
+  EXPECT_EQ(Run().exit_code, 0);
+  EXPECT_THAT(ReadAll(folder_ / "site.gpkg"), Not(HasSubstr("--assemble")));
+}
+
 TEST_F(SiteCommand, ARecordingWithoutAMapIsNamedAndLeftOut) {
   UseRealMaps();
   folder_.Write("second.csv", "no stamps\n");
@@ -182,12 +205,16 @@ TEST_F(SiteCommand, JoinsTheRecordings) {
     EXPECT_THAT(result.out, HasSubstr("written site.gpkg"));
     return Bytes();
   };
+  WriteManifest("options: {mosaic_parts: 3}\n");
   const std::vector<std::string> alone = run("-j1");
   const auto info = nlohmann::json::parse(
       support::RunCeilmap({"info", "site.gpkg", "--json"}, folder_.Path().string()).out);
   EXPECT_EQ(info["trajectory_poses"], Sites::kFirst + Sites::kSecond);
   RemoveResults();
   EXPECT_TRUE(run("-j2") == alone) << "the bytes depend on the number of processes";
+  // Nor on the number of parts; only the first step draws when there is one.
+  WriteManifest("options: {mosaic_parts: 2}\n");
+  EXPECT_TRUE(run("-j2") == alone) << "the bytes depend on the number of parts";
 }
 
 TEST_F(SiteCommand, DoesNotReplaceFilesOfOthers) {

@@ -101,6 +101,74 @@ TEST_F(SolveCommand, JoinsMapsOfTwoCamerasAndLeavesOutAStranger) {
                 "first-wide.edges: is about wide.gpkg, which is not among the maps");
 }
 
+// Drawn at once by `solve`, and by jobs.
+TEST_F(SolveCommand, PartsOfTheMosaicAreThatOfTheMap) {
+  const auto solve = [](const std::string& output, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"solve",
+                                      "first.gpkg",
+                                      "wide.gpkg",
+                                      "--edges=first-wide.edges",
+                                      "--resolution=0.006",
+                                      "-o",
+                                      output};
+    words.insert(words.end(), more.begin(), more.end());
+    return Run(words);
+  };
+  const auto mosaic = [](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"mosaic", "undrawn.gpkg"};
+    words.insert(words.end(), more.begin(), more.end());
+    const support::ProcessResult result = Run(words);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  ASSERT_EQ(solve("whole.gpkg", {}).exit_code, 0);
+  ASSERT_EQ(solve("undrawn.gpkg", {"--no-mosaic"}).exit_code, 0);
+  EXPECT_EQ(sites_->Info("undrawn.gpkg")["grid"]["width_px"], 0);
+  mosaic({"-o", "drawn.gpkg"});
+  EXPECT_THAT(mosaic({"--part=1/2", "-o", "part-1.gpkg"}), HasSubstr("part 1/2 of a mosaic of "));
+  mosaic({"--part=2/2", "-o", "part-2.gpkg"});
+  EXPECT_THAT(mosaic({"--assemble", "part-2.gpkg", "part-1.gpkg", "-o", "assembled.gpkg"}),
+              HasSubstr("written assembled.gpkg"));
+  const auto picture = [](const std::string& map) {
+    EXPECT_EQ(Run({"export", map, "--format=png", "-o", map + ".png"}).exit_code, 0);
+    return ReadAll(Out(map + ".png"));
+  };
+  const std::string expected = picture("whole.gpkg");
+  EXPECT_GT(expected.size(), 10'000U);
+  EXPECT_TRUE(picture("drawn.gpkg") == expected);
+  EXPECT_TRUE(picture("assembled.gpkg") == expected);
+  const auto known = [](nlohmann::json info) {
+    for (const char* const own : {"provenance", "file_bytes"}) info.erase(own);
+    return info;
+  };
+  EXPECT_EQ(known(sites_->Info("assembled.gpkg")), known(sites_->Info("whole.gpkg")));
+
+  ExpectRefused({"mosaic", "undrawn.gpkg", "--part=3/2", "-o", "x.gpkg"},
+                2,
+                "--part 3/2: must be K/N, part K of N, with 1 <= K <= N <= 100000; e.g. 2/4\n");
+  for (const char* const bad : {"0/2", "2", "1/", "/2", "1/2/3", "a/b", "1/100001"}) {
+    ExpectRefused({"mosaic", "undrawn.gpkg", std::string("--part=") + bad, "-o", "x.gpkg"},
+                  2,
+                  std::string("--part ") + bad + ": must be K/N");
+  }
+  ExpectRefused({"mosaic", "undrawn.gpkg", "--assemble", "part-2.gpkg", "-o", "x.gpkg"},
+                2,
+                "part 1 of 2 is missing; draw it by 'ceilmap mosaic undrawn.gpkg --part 1/2'\n");
+  ExpectRefused({"mosaic", "first.gpkg", "--part=1/2", "-o", "x.gpkg"},
+                2,
+                "first.gpkg: has its mosaic already");
+  ExpectRefused({"mosaic", "undrawn.gpkg", "--assemble", "first.gpkg", "-o", "x.gpkg"},
+                2,
+                "first.gpkg: is a map; give files of 'ceilmap mosaic MAP --part'");
+  ExpectRefused({"info", "part-1.gpkg"}, 2, "part-1.gpkg: is a part of a mosaic");
+  ASSERT_EQ(solve("undrawn.gpkg", {"--no-mosaic", "--force", "--quiet"}).exit_code, 0);
+  ExpectRefused(
+      {"mosaic", "undrawn.gpkg", "--assemble", "part-1.gpkg", "part-2.gpkg", "-o", "x.gpkg"},
+      2,
+      "part-1.gpkg: is a part of another map than undrawn.gpkg, or of an earlier version of it");
+  EXPECT_THAT(sites_->recordings.out.Names(), Not(Contains(HasSubstr("x.gpkg"))));
+}
+
 TEST_F(SolveCommand, NoOverlapIsAResultOfMatch) {
   const support::ProcessResult result = Match("elsewhere", "second");
   EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -100,6 +100,17 @@ TEST_F(JobRunner, MakesAgainWhatHasOtherWordsOrInputs) {
   EXPECT_THAT(RunAll(), ElementsAre("done", "done", "kept"));
 }
 
+TEST_F(JobRunner, AnotherVersionMakesAllAgain) {
+  params_.version = "1.0";
+  Add("a", "touch a");
+  RunAll();
+  EXPECT_THAT(RunAll(), ElementsAre("kept"));
+  params_.version = "1.1";
+  EXPECT_THAT(JobsToMake(jobs_, params_), ElementsAre(true));
+  EXPECT_THAT(RunAll(), ElementsAre("done"));
+  EXPECT_THAT(RunAll(), ElementsAre("kept"));
+}
+
 TEST_F(JobRunner, SeesAChangeInAFolder) {
   std::filesystem::create_directory(folder_ / "frames");
   folder_.Write("frames/0.png", "x");

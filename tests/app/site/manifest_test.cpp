@@ -24,7 +24,8 @@ TEST(ReadManifest, HasEveryKey) {
                     "    options: [--resolution, \"0.02\"]\n"
                     "  - {rig: rig.yaml, up: c.mp4}\n"
                     "maps: [old.gpkg]\n"
-                    "options: {map: [--tilt=none], match: [--x], solve: [--y], align: [--scale]}\n"
+                    "options: {map: [--tilt=none], match: [--x], solve: [--y], align: [--scale],\n"
+                    "          mosaic_parts: 7}\n"
                     "control_points: points.csv\n"
                     "crs: EPSG:25832\n");
   const Manifest manifest = ReadManifest(site.folder / "site.yaml");
@@ -51,6 +52,7 @@ TEST(ReadManifest, HasEveryKey) {
   EXPECT_THAT(manifest.options.match, ElementsAre("--x"));
   EXPECT_THAT(manifest.options.solve, ElementsAre("--y"));
   EXPECT_THAT(manifest.options.align, ElementsAre("--scale"));
+  EXPECT_EQ(manifest.options.mosaic_parts, 7);
   EXPECT_EQ(manifest.control_points, "points.csv");
   EXPECT_EQ(manifest.crs, "EPSG:25832");
 }
@@ -178,6 +180,12 @@ TEST_F(BadManifest, OptionsThatThePlanSets) {
   ExpectRecordingRefused("options: [--rig=other.yaml]",
                          "5: recordings[0].options[0] = --rig=other.yaml, must be without it: it "
                          "is the key 'rig' of a recording; remove it from the options");
+  ExpectRefused(std::string(kTwoRecordings) + "options: {mosaic_parts: 0}",
+                "5: options.mosaic_parts = 0, must be a whole number in 1..10000; correct the "
+                "value");
+  ExpectRefused(std::string(kTwoRecordings) + "options: {solve: [--no-mosaic]}",
+                "5: options.solve[0] = --no-mosaic, must be without it: the plan sets it by "
+                "'mosaic_parts'; remove it from the options");
   ExpectRefused(std::string(kTwoRecordings) + "options: {map: [--tilt, none, --trajectory, t.tum]}",
                 "5: options.map[2] = --trajectory, must be in the options of one recording, "
                 "because all would write the same file; move it there");

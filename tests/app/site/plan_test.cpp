@@ -114,6 +114,68 @@ TEST(MakePlan, TheSolutionLeavesOutWhatFailed) {
               ElementsAre("solve", "site.work/maps/a.gpkg", "-o", "site.gpkg", "--force"));
 }
 
+TEST(MakePlan, JobsDrawTheMosaicInParts) {
+  const SiteFolder site;
+  const Plan plan =
+      site.PlanOf(std::string(kTwoRecordings) + "options: {mosaic_parts: 2, solve: [--x]}\n");
+  EXPECT_THAT(
+      JobNames(plan),
+      ElementsAre("map-a", "map-b", "match-a--b", "solve", "mosaic-1", "mosaic-2", "mosaic"));
+  EXPECT_EQ(plan.parts, 2U);
+  EXPECT_THAT(AllWords(plan, 3),
+              ElementsAre("solve",
+                          "site.work/maps/a.gpkg",
+                          "site.work/maps/b.gpkg",
+                          "--edges=site.work/matches/a--b.edges",
+                          "--no-mosaic",
+                          "-o",
+                          "site.work/solved.gpkg",
+                          "--force",
+                          "--x"));
+  EXPECT_THAT(AllWords(plan, 5),
+              ElementsAre("mosaic",
+                          "site.work/solved.gpkg",
+                          "--part=2/2",
+                          "-o",
+                          "site.work/mosaic/2.gpkg",
+                          "--force"));
+  EXPECT_THAT(plan.jobs[5].needs, ElementsAre(3));
+  EXPECT_THAT(AllWords(plan, 6),
+              ElementsAre("mosaic",
+                          "site.work/solved.gpkg",
+                          "--assemble",
+                          "site.work/mosaic/1.gpkg",
+                          "site.work/mosaic/2.gpkg",
+                          "-o",
+                          "site.gpkg",
+                          "--force"));
+  EXPECT_THAT(plan.jobs[6].needs, ElementsAre(3, 4, 5));
+}
+
+TEST(MakePlan, AMosaicOfPartsIsAlignedAfterwards) {
+  const SiteFolder site;
+  const Plan plan = site.PlanOf(std::string(kTwoRecordings) +
+                                "options: {mosaic_parts: 3}\ncontrol_points: points.csv\n");
+  ASSERT_EQ(plan.jobs.size(), 9U);
+  EXPECT_EQ(plan.jobs[7].output, "site.work/drawn.gpkg");
+  EXPECT_THAT(
+      AllWords(plan, 8),
+      ElementsAre(
+          "align", "site.work/drawn.gpkg", "--points=points.csv", "-o", "site.gpkg", "--force"));
+  EXPECT_THAT(plan.jobs[8].needs, ElementsAre(7));
+}
+
+TEST(MakePlan, LargeSitesAreDrawnInParts) {
+  const SiteFolder site;
+  std::string text = "output: site.gpkg\nrecordings:\n";
+  for (int i = 1; i <= 100; ++i) {
+    text += "  - {name: r" + std::to_string(i) + ", rig: rig.yaml, up: a.mp4}\n";
+    if (i == 99) EXPECT_EQ(site.PlanOf(text).parts, 0U);
+  }
+  EXPECT_EQ(site.PlanOf(text).parts, 2U);
+  EXPECT_EQ(site.PlanOf(text + "options: {mosaic_parts: 1}\n").parts, 0U);
+}
+
 TEST(MakePlan, APatternReadsItsFolder) {
   const SiteFolder site;
   Plan plan = site.PlanOf(

@@ -190,6 +190,21 @@ TEST_F(SbatchScript, SubmitsArraysOneAfterTheOther) {
   EXPECT_THAT(ReadAll(site_.folder / "site.gpkg"), HasSubstr("align\nsite.work/solved.gpkg\n"));
 }
 
+TEST_F(SbatchScript, PartsOfTheMosaicAreAnArray) {
+  const Plan plan = WithExistingInputs(site_.PlanOf(std::string(kTwoRecordings) +
+                                                    "options: {mosaic_parts: 3}\n"
+                                                    "control_points: points.csv\n"));
+  const support::ProcessResult result = Submit(plan, kStandIn);
+  EXPECT_EQ(result.out, "submitted: map 101 match 102 solve 103 part 104 mosaic 105 align 106\n");
+  const std::string submitted = ReadAll(site_.folder / "submitted");
+  EXPECT_THAT(submitted,
+              HasSubstr("--array=0-2 --kill-on-invalid-dep=yes --dependency=afterok:103"));
+  EXPECT_THAT(submitted,
+              HasSubstr("--array=0-0 --kill-on-invalid-dep=yes --dependency=afterok:104"));
+  EXPECT_THAT(ReadAll(site_.folder / "site.work/drawn.gpkg"), HasSubstr("\n--part=3/3\n"));
+  EXPECT_THAT(ReadAll(site_.folder / "site.gpkg"), HasSubstr("align\nsite.work/drawn.gpkg\n"));
+}
+
 TEST_F(SbatchScript, RunsEveryWordAsMakeDoes) {
   WriteHostile(site_);
   const Plan plan = WithExistingInputs(site_.PlanOf(kHostile));
