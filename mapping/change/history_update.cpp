@@ -34,7 +34,8 @@ bool LooksTheSame(const Cells& cells, const ChangeEvidence& evidence) {
   std::size_t same = 0;
   for (const cv::Point& cell : cells) {
     const CellEvidence* known = evidence.At(cell);
-    if (known != nullptr && !known->IsChanged() && known->same > 0) ++same;
+    if (known == nullptr || known->same == 0) continue;
+    if (!known->IsChanged() && !known->MayHaveChanged()) ++same;
   }
   return 2 * same > cells.size();
 }
@@ -63,6 +64,8 @@ class Decision {
       AddLight(region);
       return;
     }
+    // Looks in another light would be renewed again in that of the map.
+    if (evidence_.OtherLight() && !at_once_) return;
     Cells seen_before;
     Cells seen_now;
     Change confirmed = ChangeOf(region);
@@ -123,13 +126,6 @@ class Decision {
     return change;
   }
 
-  [[nodiscard]] bool IsInOtherLight(std::int64_t session) const {
-    const auto& sessions = outcome_.history.sessions;
-    const auto found = std::find_if(
-        sessions.begin(), sessions.end(), [&](const auto& known) { return known.id == session; });
-    return found != sessions.end() && found->other_light;
-  }
-
   void Keep(Change change, Cells cells) {
     change.id = next_id_++;
     change.area = Area(cells);
@@ -137,8 +133,8 @@ class Decision {
     now_.push_back({std::move(change), std::move(cells)});
   }
 
-  /// The cells of the candidates of earlier sessions that a region overlaps, which `change`
-  /// confirms.
+  /// The cells of the candidates of earlier sessions that a region overlaps, and their neighbours;
+  /// `change` confirms these candidates.
   CellSet Candidates(const ChangedRegion& region, Change& change) const {
     CellSet cells;
     const CellSet here = SetOf(region.cells);
@@ -147,7 +143,12 @@ class Decision {
       if (ShareIn(known.cells, here) == 0) continue;
       change.first_session = std::min(change.first_session, known.change.first_session);
       change.frames += known.change.frames;
-      cells.merge(SetOf(known.cells));
+      // The border of a change is seen a little otherwise each time.
+      for (const cv::Point& cell : known.cells) {
+        for (int row = cell.y - 1; row <= cell.y + 1; ++row) {
+          for (int col = cell.x - 1; col <= cell.x + 1; ++col) cells.emplace(col, row);
+        }
+      }
     }
     return cells;
   }
@@ -176,9 +177,8 @@ class Decision {
           return false;  // it is a part of that
         }
       }
-      // At night much looks the same: only a session in the light of the first one contradicts it.
-      return IsInOtherLight(change.first_session) != evidence_.OtherLight() ||
-             !LooksTheSame(known.cells, evidence_);
+      // In other light much looks the same.
+      return evidence_.OtherLight() || !LooksTheSame(known.cells, evidence_);
     }
     if (change.state != Change::State::kConfirmed) return true;
     constexpr double kMostOfIt = 0.5;

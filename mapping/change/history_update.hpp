@@ -21,12 +21,12 @@ struct SessionOutcome {
 };
 
 /// Decides by the evidence of this recording and of those before it. What looks otherwise is a
-/// candidate. Where the next session that sees it confirms it, the map is renewed; where that
-/// session, in the same light, sees what the map shows, it is forgotten: sun patches, shadows and
-/// what was parked below the ceiling do not stay. Lamps in other light are listed once and change
-/// nothing.
+/// candidate. Where the next session in the light of the map sees it too, it is confirmed and the
+/// map is renewed; where that session sees what the map shows, it is forgotten: sun patches,
+/// shadows and what was parked below the ceiling do not stay. A session in another light confirms
+/// nothing; its lamps are listed once.
 /// @param session  of this recording; id and areas are set here.
-/// @param at_once  Confirm what a single session sees.
+/// @param at_once  Confirm what a single session sees, in any light.
 SessionOutcome DecideChanges(const ChangeEvidence& evidence,
                              const std::vector<ChangedRegion>& regions,
                              const store::MosaicGrid& grid,

@@ -67,7 +67,9 @@ TEST(HistoryUpdate, OnlyWhatBothSessionsSawIsConfirmed) {
   ASSERT_EQ(second.history.changes.size(), 2U);
   EXPECT_EQ(second.confirmed, 1);
   EXPECT_EQ(second.candidates, 1);
-  EXPECT_NEAR(second.changed_area, second.candidate_area, 1e-9);
+  // The border of the first one belongs to it: four rows of six, and two are new.
+  EXPECT_NEAR(second.changed_area, 16 * 0.16 * 0.16, 1e-9);
+  EXPECT_NEAR(second.candidate_area, 8 * 0.16 * 0.16, 1e-9);
 }
 
 TEST(HistoryUpdate, AtOnceASingleSessionSuffices) {
