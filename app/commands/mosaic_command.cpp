@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <memory>
 #include <string>
@@ -61,6 +62,7 @@ std::pair<int, int> ParsePart(const std::string& text) {
 
 mosaic::MosaicParts ReadParts(const mosaic::UndrawnMap& map, const std::vector<fs::path>& files) {
   std::vector<mosaic::MosaicParts::NamedPart> parts;
+  parts.reserve(files.size());
   for (const fs::path& file : files) {
     parts.push_back({WithoutSecrets(file.string()),
                      std::make_unique<store::MapReader>(file, store::FileKind::kMosaicPart)});

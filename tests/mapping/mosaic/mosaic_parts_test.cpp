@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <memory>
 
 #include "calib/base/error.hpp"
@@ -73,6 +75,7 @@ class MosaicPartsTest : public testing::Test {
     const store::MapReader reader(folder_ / map);
     const UndrawnMap undrawn(map, reader);
     std::vector<MosaicParts::NamedPart> parts;
+    parts.reserve(names.size());
     for (const std::string& name : names) {
       parts.push_back(
           {name, std::make_unique<store::MapReader>(folder_ / name, store::FileKind::kMosaicPart)});
@@ -97,8 +100,8 @@ void ExpectSameMosaic(const store::MapReader& a, const store::MapReader& b) {
   EXPECT_EQ(a.Grid().min_x, b.Grid().min_x);
   EXPECT_EQ(a.Grid().max_y, b.Grid().max_y);
   const cv::Rect all(0, 0, a.Grid().width_px, a.Grid().height_px);
-  cv::Mat grey[2];
-  cv::Mat alpha[2];
+  std::array<cv::Mat, 2> grey;
+  std::array<cv::Mat, 2> alpha;
   a.ReadMosaic(all, grey[0], alpha[0]);
   b.ReadMosaic(all, grey[1], alpha[1]);
   EXPECT_GT(cv::countNonZero(alpha[0]), all.area() / 2);
@@ -127,6 +130,7 @@ TEST_F(MosaicPartsTest, GiveTheMosaicThatIsDrawnAtOnce) {
   for (const int parts : {2, 7}) {  // of seven, some have no rows
     DrawParts("map.gpkg", parts);
     std::vector<std::string> names;
+    names.reserve(static_cast<std::size_t>(parts));
     for (int part = parts; part >= 1; --part) names.push_back(PartName(part, parts));
     Assemble("map.gpkg", names, "site.gpkg");
     const store::MapReader site(folder_ / "site.gpkg");
