@@ -61,7 +61,9 @@ class LocalizeRun {
 
   [[nodiscard]] const robot::CeilingLocalizer& Localizer() const { return *localizer_; }
   [[nodiscard]] const calib::Rig& Rig() const { return *rig_; }
-  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const { return source_->ExpectedFrames(); }
+  [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const {
+    return source_->ExpectedFrames();
+  }
 
   /// Prints warnings about rig and cameras, then localizes all frames, with progress.
   /// @param on_estimate  called for each frame, in order.

@@ -32,7 +32,7 @@ struct Estimate {
   std::vector<WeightedPose> places;  ///< these places, weights sum to 1 (CeilingLocalizer)
   /// The image as it was matched (CeilingLocalizer); valid until the localizer's next frame.
   std::optional<localization::SeenCeiling> seen = {};
-  std::int64_t keyframe_id = -1;     ///< against which the frame was measured (CeilingMapper)
+  std::int64_t keyframe_id = -1;  ///< against which the frame was measured (CeilingMapper)
 
   [[nodiscard]] bool HasPose() const { return graph::HasPose(status); }
 };

@@ -13,6 +13,7 @@ ceilmap_add_test(commands_test RUNS_PROGRAM COST 100 SHARDS 2
     ${CMAKE_CURRENT_LIST_DIR}/remote_map_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/report_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/rig_command_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/update_command_test.cpp
   LINKS ceilmap_app ceilmap_test_support PkgConfig::httplib GDAL::GDAL opencv_core opencv_imgproc opencv_imgcodecs opencv_videoio)
 
 ceilmap_add_test(heading_command_test COST 40
