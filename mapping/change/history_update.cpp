@@ -181,11 +181,11 @@ class Decision {
       return evidence_.OtherLight() || !LooksTheSame(known.cells, evidence_);
     }
     if (change.state != Change::State::kConfirmed) return true;
-    constexpr double kMostOfIt = 0.5;
+    constexpr double kMinReplaced = 0.5;
     for (const Known& newer : now_) {
       if (newer.change.state == Change::State::kConfirmed &&
           newer.change.kind != Change::Kind::kLight &&
-          ShareIn(known.cells, SetOf(newer.cells)) > kMostOfIt) {
+          ShareIn(known.cells, SetOf(newer.cells)) > kMinReplaced) {
         change.state = Change::State::kReplaced;
         return true;
       }

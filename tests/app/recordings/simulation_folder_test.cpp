@@ -1,28 +1,41 @@
 #include "app/recordings/simulation_folder.hpp"
 
+#include <cstdint>
+#include <optional>
+
 #include "tests/support/test_folder.hpp"
 
 namespace ceilmap::recordings {
 namespace {
 
-TEST(WithSeed, LeavesATextThatHasTheSeed) {
-  EXPECT_EQ(WithSeed("# a\nseed: 4  # b\n", "s.yaml", 4), "# a\nseed: 4  # b\n");
+/// The text of a scene that was rendered with another seed, or in another session.
+std::string Rendered(const std::string& text,
+                     std::optional<std::uint64_t> seed,
+                     std::optional<int> session = {}) {
+  return TextOf(text, "s.yaml", simulator::ParseScene(text, "s.yaml", {seed, session}));
 }
 
-TEST(WithSeed, ReplacesTheSeedAndKeepsTheRest) {
-  EXPECT_EQ(WithSeed("# a\nseed: 4  # b\nrobot: r\n", "s.yaml", 17),
-            "# a\nseed: 17  # b\nrobot: r\n");
-  EXPECT_EQ(WithSeed("seed: 123", "s.yaml", 17), "seed: 17");
-  EXPECT_EQ(WithSeed("seed: 123\r\nrobot: r\r\n", "s.yaml", 17), "seed: 17\r\nrobot: r\r\n");
+TEST(TextOf, LeavesATextThatHasTheSeed) {
+  EXPECT_EQ(Rendered("# a\nseed: 4  # b\n", 4), "# a\nseed: 4  # b\n");
 }
 
-TEST(WithSeed, AddsASeed) {
-  EXPECT_EQ(WithSeed("robot: r\n", "s.yaml", 17), "seed: 17\nrobot: r\n");
+TEST(TextOf, ReplacesTheSeedAndKeepsTheRest) {
+  EXPECT_EQ(Rendered("# a\nseed: 4  # b\nrobot: r\n", 17), "# a\nseed: 17  # b\nrobot: r\n");
+  EXPECT_EQ(Rendered("seed: 123", 17), "seed: 17");
+  EXPECT_EQ(Rendered("seed: 123\r\nrobot: r\r\n", 17), "seed: 17\r\nrobot: r\r\n");
 }
 
-TEST(WithSeed, SaysItWhereTheStyleIsAnother) {
-  EXPECT_EQ(WithSeed("{seed: 3, robot: r}\n", "s.yaml", 17),
+TEST(TextOf, AddsASeed) {
+  EXPECT_EQ(Rendered("robot: r\n", 17), "seed: 17\nrobot: r\n");
+}
+
+TEST(TextOf, SaysItWhereTheStyleIsAnother) {
+  EXPECT_EQ(Rendered("{seed: 3, robot: r}\n", 17),
             "# rendered with --seed 17\n{seed: 3, robot: r}\n");
+}
+
+TEST(TextOf, ReplacesTheSession) {
+  EXPECT_EQ(Rendered("session: 0\nsessions: {}\n", {}, 7), "session: 7\nsessions: {}\n");
 }
 
 TEST(SimulationFolder, LeavesNothingWithoutCommit) {
