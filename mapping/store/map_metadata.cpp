@@ -246,7 +246,7 @@ std::string Problem(const MapMetadata& m) {
   }
   if (m.part) {
     if (m.part->part < 1 || m.part->part > m.part->parts) return "part must be in 1..parts";
-    if (const std::string problem = Problem(m.part->whole); !problem.empty()) return problem;
+    if (std::string problem = Problem(m.part->whole); !problem.empty()) return problem;
   }
   return m.site ? Problem(*m.site) : "";
 }

@@ -1,5 +1,7 @@
 #include "mapping/store/postgis_tables.hpp"
 
+#include <fmt/format.h>
+
 #include <ogr_spatialref.h>
 
 #include <array>
@@ -181,9 +183,13 @@ void MakePostgisViews(PostgisDatabase& database, int srid) {
         "SELECT string_agg(quote_ident(column_name), ', ' ORDER BY ordinal_position) FROM "
         "information_schema.columns WHERE table_schema = 'ceilmap' AND table_name = '" +
         name + "' AND column_name <> 'geom'");
-    database.Run("CREATE OR REPLACE VIEW ceilmap." + name + "_" + number + " AS SELECT " + columns +
-                 ", geom::geometry(" + table.geometry + ", " + number + ") AS geom FROM ceilmap." +
-                 name + " WHERE ST_SRID(geom) = " + number);
+    database.Run(fmt::format(
+        "CREATE OR REPLACE VIEW ceilmap.{0}_{1} AS SELECT {2}, geom::geometry({3}, {1}) "
+        "AS geom FROM ceilmap.{0} WHERE ST_SRID(geom) = {1}",
+        name,
+        number,
+        columns,
+        table.geometry));
   }
   database.Commit();
 }
