@@ -1,7 +1,6 @@
 #include "mapping/store/postgis_tables.hpp"
 
 #include <fmt/format.h>
-
 #include <ogr_spatialref.h>
 
 #include <array>
