@@ -9,7 +9,6 @@
 #include "app/commands/localize_run.hpp"
 #include "app/files/output_files.hpp"
 #include "app/reports/history_report.hpp"
-#include "calib/base/error.hpp"
 #include "calib/base/result_date.hpp"
 #include "calib/level_view.hpp"
 #include "localization/robot/map_updater.hpp"
@@ -31,9 +30,6 @@ struct UpdateOptions {
 
 void UpdateOptions::Check(files::Existing existing) const {
   inputs.Check();
-  if (!inputs.sensors.uncompensated.empty()) {
-    throw InputError("--uncompensated: is a result of 'ceilmap localize'; leave it out");
-  }
   const fs::path rig_out = inputs.sensors.wheels.rig_out;
   inputs.CheckOutputs({trajectory, rig_out});
   // Without --output the map itself is changed.
@@ -90,6 +86,7 @@ Command AddUpdateCommand(CLI::App& program) {
   auto options = std::make_shared<UpdateOptions>();
   CLI::App& cli = *command.cli;
   options->inputs.AddTo(cli, "the map");
+  cli.remove_option(cli.get_option("--uncompensated"));  // a result of `localize`
   cli.add_option("-o,--output", options->output, "The renewed map [the map itself]")
       ->type_name("NEW.gpkg")
       ->group(LocalizeInputs::kResult);

@@ -10,7 +10,7 @@
 namespace ceilmap::reports {
 namespace {
 
-/// Middle of the outer ring of the largest polygon.
+/// Middle of the box around a change.
 cv::Point2d MiddleOf(const store::Change& change) {
   cv::Point2d low(1e300, 1e300);
   cv::Point2d high(-1e300, -1e300);

@@ -53,8 +53,8 @@ struct CellEvidence {
   [[nodiscard]] CellState VerdictByMeans() const;
 };
 
-/// Collects the evidence of all images of a recording. Memory grows with the area seen (some tens
-/// of bytes a cell) and with the area that differs (about 2 kB a cell).
+/// Collects the evidence of all images of a recording. Memory grows with the area seen (about 100
+/// bytes a cell) and with the area that is not clearly the same (1 to 3 kB a cell).
 class ChangeEvidence {
  public:
   /// @param cells  CellsOf the map.

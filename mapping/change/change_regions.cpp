@@ -213,7 +213,11 @@ std::vector<cv::Point> CellsIn(const store::Polygons& polygons, const store::Mos
       points.emplace_back();
       for (const cv::Point2d& p : ring) {
         const cv::Point2d at = to_cell(p) - cv::Point2d(box.tl()) - cv::Point2d(0.5, 0.5);
-        points.back().emplace_back(cvRound(at.x * (1 << kShift)), cvRound(at.y * (1 << kShift)));
+        const auto fixed = [](double cells) {
+          constexpr double kFarthest = 1e6;
+          return cvRound(std::clamp(cells, -kFarthest, kFarthest) * (1 << kShift));
+        };
+        points.back().emplace_back(fixed(at.x), fixed(at.y));
       }
     }
     cv::fillPoly(mask, points, cv::Scalar(255), cv::LINE_8, kShift);

@@ -19,11 +19,10 @@ namespace {
 
 constexpr int kTilePx = 256;
 // Fresh pixels are blended with the old ones over this distance inside the border of the cells.
-constexpr double kBlendPx = 2;
+constexpr double kBlendPx = 4;
 
 /// Fresh pixels over a part of the mosaic.
 struct FreshPixels {
-  cv::Rect window;
   cv::Mat grey;    ///< CV_8UC1
   cv::Mat weight;  ///< CV_32FC1: 0 where nothing is fresh, 1 inside of fresh cells
 };
@@ -59,7 +58,6 @@ class FreshLooks {
   /// @param window  of the mosaic. @return no weight where nothing is fresh.
   [[nodiscard]] FreshPixels Over(const cv::Rect& window) const {
     FreshPixels fresh;
-    fresh.window = window;
     // Weights depend on the cells around the window.
     const int margin = kCellPx;
     const cv::Rect wide(window.x - margin,
@@ -85,7 +83,7 @@ class FreshLooks {
     mask.setTo(0, whole == 0);
     cv::Mat distance;
     cv::distanceTransform(mask, distance, cv::DIST_L2, cv::DIST_MASK_3);
-    distance = cv::min(distance / (2 * kBlendPx), 1.0);
+    distance = cv::min(distance / kBlendPx, 1.0);
     const cv::Rect inner = window - wide.tl();
     fresh.grey = whole(inner).clone();
     fresh.weight = distance(inner).clone();
@@ -136,7 +134,7 @@ class KeyframeRefresher {
     const FreshPixels fresh = cells_.Over(window);
     if (fresh.weight.empty()) return false;
     image = map_.ReadImage(keyframe.id);
-    const ViewComparison old = comparer_.Compare(
+    const BrightnessFit fit = comparer_.FitTo(
         {image, map_.Metadata().view_mask, placement, map_.Metadata().view_units_per_px});
     // Gain over the window, then everything as the keyframe sees it.
     cv::Mat grey;
@@ -144,7 +142,7 @@ class KeyframeRefresher {
     for (int row = 0; row < grey.rows; row += kStep) {
       for (int col = 0; col < grey.cols; col += kStep) {
         const cv::Rect part = cv::Rect(col, row, kStep, kStep) & cv::Rect({}, grey.size());
-        const double gain = std::exp(old.fit.LogRatio(
+        const double gain = std::exp(fit.LogRatio(
             {window.x + part.x + 0.5 * part.width, window.y + part.y + 0.5 * part.height}));
         grey(part) *= gain;
       }

@@ -208,6 +208,23 @@ BrightnessFit ViewComparer::Fit(const cv::Rect& cells) const {
   return {samples, window};
 }
 
+void ViewComparer::Smooth() {
+  const auto smooth = [](const cv::Mat& image, cv::Mat& to) {
+    image.convertTo(to, CV_32F);
+    cv::GaussianBlur(to, to, {}, kSmoothingPx, kSmoothingPx, cv::BORDER_REPLICATE);
+  };
+  smooth(stored_, smooth_a_);
+  smooth(seen_, smooth_b_);
+}
+
+BrightnessFit ViewComparer::FitTo(const PlacedView& view) {
+  const cv::Rect cells = CellsAround(view, map_.Grid(), heights_.Range()[0]);
+  if (cells.empty()) return {};
+  Draw(view, PixelsOf(cells));
+  Smooth();
+  return Fit(cells);
+}
+
 ViewComparison ViewComparer::Compare(const PlacedView& view) {
   ViewComparison result;
   result.cells = CellsAround(view, map_.Grid(), heights_.Range()[0]);
@@ -216,12 +233,7 @@ ViewComparison ViewComparer::Compare(const PlacedView& view) {
   Draw(view, window);
   constexpr double kSaturated = 248;
   bright_ = (stored_ >= kSaturated) | (seen_ >= kSaturated);
-  const auto smooth = [](const cv::Mat& image, cv::Mat& to) {
-    image.convertTo(to, CV_32F);
-    cv::GaussianBlur(to, to, {}, kSmoothingPx, kSmoothingPx, cv::BORDER_REPLICATE);
-  };
-  smooth(stored_, smooth_a_);
-  smooth(seen_, smooth_b_);
+  Smooth();
   gains_.create(result.cells.size(), CV_32FC1);
   result.fit = Fit(result.cells);
   LevelBy(result.fit, window);
@@ -242,7 +254,6 @@ ViewComparison ViewComparer::Compare(const PlacedView& view) {
   result.weights = WeightsOf(view, result.cells);
   seen_.setTo(0, valid_ == 0);
   result.levelled = seen_.clone();
-  result.stored = stored_.clone();
   return result;
 }
 

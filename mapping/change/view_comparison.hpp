@@ -30,7 +30,6 @@ struct ViewComparison {
   cv::Mat weights;  ///< CV_32FC1, 0..1: how central a cell is in the image
   /// CV_8UC1, the image drawn over PixelsOf(cells), as bright as the map; 0 where there is none.
   cv::Mat levelled;
-  cv::Mat stored;         ///< CV_8UC1, the map there
   BrightnessFit fit;      ///< image / map, over pixels of the mosaic
   double noise = 0;       ///< variance of the noise of `levelled`, grey levels squared
   double cell_noise = 0;  ///< of both smoothed images, as Compare takes it
@@ -48,8 +47,12 @@ class ViewComparer {
   ViewComparer(const store::MapReader& map, const mosaic::HeightMap& heights);
 
   [[nodiscard]] ViewComparison Compare(const PlacedView& view);
+  /// ViewComparison::fit alone, without the comparison of cells; no light where the image lies
+  /// outside of the mosaic.
+  [[nodiscard]] BrightnessFit FitTo(const PlacedView& view);
 
  private:
+  void Smooth();
   void Draw(const PlacedView& view, const cv::Rect& window);
   [[nodiscard]] bool IsWhole(const cv::Rect& cell) const;
   void LevelBy(const BrightnessFit& fit, const cv::Rect& window);

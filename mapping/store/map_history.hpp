@@ -30,13 +30,13 @@ struct Session {
 struct Change {
   enum class Kind {
     kSurface,     ///< another texture: a panel, a banner, an opening
-    kBrightness,  ///< only another brightness, with a sharp border
+    kBrightness,  ///< only another brightness
     kLamp,        ///< a lamp that is off while most others are on, or new, or moved
     kLight,       ///< a lamp as it looks in other light; no change of the ceiling
   };
   enum class State {
-    kCandidate,  ///< seen in one session; the evidence does not suffice, the map is not changed
-    kConfirmed,  ///< the map shows the new state
+    kCandidate,  ///< seen in one session, in the light of the map; the map is not changed
+    kConfirmed,  ///< the map shows the new look; of kLight: known, the map keeps its look
     kReplaced,   ///< confirmed, and changed again since
   };
   std::int64_t id = 0;

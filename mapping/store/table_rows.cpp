@@ -131,6 +131,7 @@ Polygons PolygonsOf(OGRFeature& row) {
   }
   Polygons polygons;
   for (const OGRPolygon* polygon : *geometry->toMultiPolygon()) {
+    if (polygon->IsEmpty()) continue;
     polygons.emplace_back();
     for (const OGRLinearRing* ring : *polygon) {
       std::vector<cv::Point2d> points;
