@@ -191,9 +191,12 @@ bool Localizer::Impl::CanBeAt(const PoseWithCovariance& pose, double stamp_s) co
   constexpr double kSigmas = 3;
   if (!motion_before || stamp_s - last_frame.stamp_s > kMomentSeconds) return true;
   const PoseWithCovariance expected = motion_before->PredictedAt(stamp_s);
-  const double off = (pose.pose.Translation() - expected.pose.Translation()).norm();
-  return off < kSigmas * std::hypot(PositionSigma(expected.covariance),
-                                    MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel());
+  const double floor = MapMatcher::kMinPriorSigmaPx * matcher.View().MetresPerPixel();
+  // A robot drives less exactly ahead than sideways.
+  Eigen::Matrix2d spread = expected.covariance.topLeftCorner<2, 2>();
+  spread.diagonal().array() += floor * floor;
+  const Eigen::Vector2d off = pose.pose.Translation() - expected.pose.Translation();
+  return off.dot(spread.inverse() * off) < kSigmas * kSigmas;
 }
 
 /// During a short period without texture the earlier prediction remains valid, with wheels as long

@@ -364,7 +364,7 @@ double FramePrediction::Sigma() const {
 
 void FramePrediction::Continue(const Twist2& velocity) {
   if (!last_) return;
-  constexpr double kStepS = 0.1;
+  constexpr double kStepS = 0.5;  // images may be rare
   before_last_ = PlacedFrame{last_->T_map_base * velocity.Over(-kStepS), last_->stamp_s - kStepS};
   recent_ = {*before_last_, *last_};
   constexpr double kUsualErrorPx = 2.5;

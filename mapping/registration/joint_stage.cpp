@@ -319,15 +319,18 @@ Registration JointStage::Posterior(const Images& images,
   result.motion = expected;
   ImageMotion start = frame_.FromFull(expected);
   start.scale = 1;
-  Lattice lattice =
-      LatticeFor(std::sqrt(covariance.topLeftCorner<2, 2>().trace()), std::sqrt(covariance(2, 2)));
+  const double sigma_px = std::sqrt(covariance.topLeftCorner<2, 2>().trace());
+  Lattice lattice = LatticeFor(sigma_px, std::sqrt(covariance(2, 2)));
   if (!MeasureSurfaces(images, start)) return result;
   AddUp(lattice);
   const double chance = kChanceNats * static_cast<double>(centres_.size());
   result.blocks = static_cast<int>(centres_.size());
   const float most = *std::max_element(lattice.nats.begin(), lattice.nats.end());
-  if (most < chance) {
-    // The lattice does not cover all of a wide expectation: it must not narrow it.
+  // The lattice does not cover all of a wide expectation: chance must not narrow it. Of a very wide
+  // one the right motion may be outside, and one that is a period of the ceiling away inside.
+  constexpr double kMinCovered = 2;  // standard deviations
+  const bool covered = lattice.reach >= kMinCovered * sigma_px / frame_.factor;
+  if (most < chance || !covered) {
     result.verdict = Verdict::kOk;
     result.covariance.topLeftCorner<3, 3>() = covariance;
     return result;

@@ -81,6 +81,16 @@ TEST(MotionModel, KnowsAVelocityOnlyOnceItWasMeasured) {
   EXPECT_FALSE(model.KnowsVelocity());
 }
 
+TEST(MotionModel, KnowsTheVelocityAtThreeFramesASecond) {
+  MotionModel model;
+  model.Start(Known({}), 0);
+  for (int i = 1; i <= 6; ++i) {
+    model.Predict(i / 3.0);
+    model.Update(Known({0.8 * i, 0, 0}));
+  }
+  EXPECT_TRUE(model.KnowsVelocity());
+}
+
 TEST(MotionModel, UncertaintyGrowsWithoutMeasurements) {
   MotionModel model;
   model.Start(Known({}), 10);

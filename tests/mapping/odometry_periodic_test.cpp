@@ -29,8 +29,10 @@ constexpr double kTile = kPeriodPx * kPixel;
 
 class PeriodicDrive {
  public:
-  explicit PeriodicDrive(const CeilingParams& ceiling, const OdometryParams& params = {})
-      : ceiling_(ceiling), odometry_(view_, T_map_base_, params) {}
+  explicit PeriodicDrive(const CeilingParams& ceiling,
+                         const OdometryParams& params = {},
+                         double frame_s = 0.1)
+      : ceiling_(ceiling), odometry_(view_, T_map_base_, params), frame_s_(frame_s) {}
 
   /// Moves by T_before_after, and processes the image there.
   const OdometryStep& Process(const Pose2& T_before_after = {}) {
@@ -39,7 +41,7 @@ class PeriodicDrive {
     const auto index = static_cast<std::int64_t>(steps_.size());
     const cv::Mat image = ceiling_.Render(
         view_.Size(), MotionAt(view_, T_map_base_), 1.5, static_cast<std::uint32_t>(index) + 1);
-    steps_.push_back(odometry_.Process(image, index, 0.1 * static_cast<double>(index)));
+    steps_.push_back(odometry_.Process(image, index, frame_s_ * static_cast<double>(index)));
     return steps_.back();
   }
   /// Accelerates to half a tile a frame, and keeps that speed for four tiles.
@@ -49,7 +51,7 @@ class PeriodicDrive {
     for (int i = 0; i < 8; ++i) Process({0.5 * kTile, 0, turn});
   }
   /// States the velocity of a robot that moves by this from frame to frame.
-  void Continue(const Pose2& step) { odometry_.Continue(Twist2::Mean(step, 0.1)); }
+  void Continue(const Pose2& step) { odometry_.Continue(Twist2::Mean(step, frame_s_)); }
   void Close() {
     truths_.push_back(T_map_base_);
     steps_.push_back(odometry_.Close());
@@ -83,6 +85,7 @@ class PeriodicDrive {
   CeilingView view_ = synthetic::SmallView();
   Pose2 T_map_base_{0.137, -0.213, 0.1};
   Odometry odometry_;
+  double frame_s_;
   std::vector<OdometryStep> steps_;
   std::vector<Pose2> truths_;
 };
@@ -156,6 +159,11 @@ TEST(OdometryUnderTiles, AKnownVelocityChoosesTheTile) {
     for (int i = 0; i < 4; ++i) drive.Process(step);
     ExpectTrackedThroughout(drive);
     EXPECT_TRUE(drive.Steps()[1].registration.disambiguated_by_prior);
+    PeriodicDrive rare(Periodic(kPeriodPx), {}, 0.5);
+    rare.Process();
+    rare.Continue(step);
+    for (int i = 0; i < 4; ++i) rare.Process(step);
+    ExpectTrackedThroughout(rare);
     PeriodicDrive unknown(Periodic(kPeriodPx));
     unknown.Process();
     unknown.Process(step);
