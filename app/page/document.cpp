@@ -336,6 +336,10 @@ std::string WriteDocument(const PageData& data,
                           const std::string& picture_url) {
   data.Validate();
   const double first_s = FirstStamp(data);
+  ordered_json areas = ordered_json::array();
+  for (const PageArea& area : data.areas) {
+    areas.push_back({{"text", area.text}, {"rings", area.rings}});
+  }
   ordered_json spots = ordered_json::array();
   for (const PageSpot& spot : data.spots) {
     spots.push_back({{"text", spot.text}, {"x", spot.x}, {"y", spot.y}});
@@ -354,11 +358,13 @@ std::string WriteDocument(const PageData& data,
                       {"placement", PlacementToJson(data.S_page_map)},
                       {"plan", PlanToJson(data.plan)},
                       {"picture", PictureToJson(data.picture, picture_url)},
+                      {"before", PictureToJson(data.before, {})},
                       {"heights", HeightsToJson(data.heights)},
                       {"paths", PathsToJson(data.paths, first_s)},
                       {"keyframes", KeyframesToJson(data.keyframes)},
                       {"edges", EdgesToJson(data.edges)},
                       {"spots", std::move(spots)},
+                      {"areas", std::move(areas)},
                       {"charts", std::move(charts)},
                       {"tables", std::move(tables)}});
 }

@@ -208,7 +208,11 @@ function readDocument(json) {
     paths,
     charts,
     tables: json.tables,
+    // In the coordinates of the page, whatever the map's are.
+    before: json.before && {url: json.before.url,
+                            corners: new Placement({scale: 1, x: 0, y: 0, yaw: 0}).corners(json.before.extent)},
     spots: json.spots,
+    areas: json.areas,
     edges: json.edges,
     keyframes: {
       ids: json.keyframes.id,

@@ -120,6 +120,13 @@ function drawSpots(spots, panes) {
     }).bindTooltip(make('span', {}, spot.text))));
 }
 
+function drawAreas(areas, panes) {
+  return L.layerGroup(areas.map((area) =>
+    L.polygon(area.rings.map(toLatLngs), {
+      renderer: panes.lines, color: spotColour, weight: 2, fillOpacity: 0.08, smoothFactor: 0,
+    }).bindTooltip(make('span', {}, area.text))));
+}
+
 /** Colours of heights, from the lowest to the highest: dark to light, also in print. */
 const heightColours = [[48, 18, 59], [65, 69, 171], [57, 118, 186], [31, 158, 137], [94, 201, 98],
                        [190, 215, 52], [253, 231, 80]];
@@ -222,6 +229,10 @@ function graphLayers(model, panes, map) {
   if (model.edges.kind.includes('l')) {
     layers.push({key: 'loops', text: 'Loop closures', swatch: ['line', loop], shown: false,
                  draw: () => drawEdges(model, 'l', {color: loop, weight: 1.5, opacity: 0.8}, panes)});
+  }
+  if (model.areas.length) {
+    layers.push({key: 'areas', text: 'Changes', swatch: ['frame', spotColour], shown: true,
+                 draw: () => drawAreas(model.areas, panes)});
   }
   if (model.spots.length) {
     layers.push({key: 'spots', text: 'Weak spots', swatch: ['ring', spotColour], shown: true,

@@ -103,6 +103,43 @@ const PointerText = L.Control.extend({
   hide() { this.text.hidden = true; },
 });
 
+/** How the ceiling looked before, left of a divider that the user moves. */
+class BeforePicture {
+  constructor(map) {
+    this.map = map;
+    this.pane = map.createPane('before');
+    this.pane.style.zIndex = 210;
+    this.pane.style.pointerEvents = 'none';
+    this.slider = make('input', {type: 'range', class: 'divider', min: 0, max: 1, step: 0.001, value: 0.5,
+                                 'aria-label': 'Divider: before on the left, after on the right'});
+    this.line = make('div', {class: 'divider-line'}, make('span', {}, 'before'), make('span', {}, 'after'));
+    this.slider.addEventListener('input', () => this.clip());
+    L.DomEvent.disableClickPropagation(this.slider);
+    map.on('move zoom zoomend resize', () => this.clip());
+  }
+
+  show(picture) {
+    if (this.overlay) this.overlay.remove();
+    for (const part of [this.line, this.slider]) part.remove();
+    this.overlay = null;
+    if (!picture) return;
+    this.overlay = new PlacedImage(picture.url, picture.corners,
+                                   {className: 'mosaic', pane: 'before', alt: 'Mosaic, before'}).addTo(this.map);
+    this.map.getContainer().append(this.line, this.slider);
+    this.clip();
+  }
+
+  /** Panes are as large as nothing: their clip is in pixels of the map's layers. */
+  clip() {
+    if (!this.overlay) return;
+    const {x: width, y: height} = this.map.getSize();
+    const at = Number(this.slider.value) * width;
+    this.line.style.left = `${at}px`;
+    const [from, to] = [[0, 0], [at, height]].map((point) => this.map.containerPointToLayerPoint(point));
+    this.pane.style.clip = `rect(${from.y}px, ${to.x}px, ${to.y}px, ${from.x}px)`;
+  }
+}
+
 class MapView {
   /** @param onPick  called with the stamp of the pose that was clicked at. */
   constructor(container, onPick) {
@@ -122,6 +159,7 @@ class MapView {
     this.floor = L.svg({pane: 'floor'});
     this.map.createPane('heights').style.zIndex = 250;
     for (const pane of ['floor', 'robots', 'heights']) this.map.getPane(pane).style.pointerEvents = 'none';
+    this.before = new BeforePicture(this.map);
     this.addControls();
     this.chosen = new Map();  // what the user has switched: key -> shown
     this.layers = [];
@@ -175,6 +213,7 @@ class MapView {
     this.scaleBar.options.unit = model.unit;
     this.pointer.options.model = model;
     this.showPicture(model.picture);
+    this.before.show(model.before);
     this.fadeMosaic();
     for (const layer of this.layers) this.switchLayer(layer, false);
     for (const robot of this.robots) robot.remove();
@@ -226,11 +265,11 @@ class MapView {
 
   bounds() {
     const bounds = L.latLngBounds([]);
-    const {picture, heights, paths, keyframes, spots} = this.model;
+    const {picture, before, heights, paths, keyframes, spots} = this.model;
     const extend = (xs, ys) => {
       for (let i = 0; i < xs.length; ++i) if (!Number.isNaN(xs[i])) bounds.extend([ys[i], xs[i]]);
     };
-    const pictures = [picture?.corners, heights?.placement.corners(heights.extent)];
+    const pictures = [picture?.corners, before?.corners, heights?.placement.corners(heights.extent)];
     for (const corners of pictures.filter(Boolean)) bounds.extend(toLatLngs(allCorners(corners)));
     for (const path of paths) extend(path.x, path.y);
     extend(keyframes.x, keyframes.y);

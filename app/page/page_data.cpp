@@ -147,11 +147,19 @@ void PageData::Validate() const {
   ValidatePlacement(S_page_map);
   ValidatePlan(plan);
   ValidatePicture(picture);
+  ValidatePicture(before);
   ValidateHeights(heights);
   ValidatePaths(paths);
   ValidateGraph(keyframes, edges);
   for (const PageSpot& spot : spots) {
     Require(IsFinite(spot.x, spot.y), "spot " + Quoted(spot.text) + ": place is not finite");
+  }
+  for (const PageArea& area : areas) {
+    for (const auto& ring : area.rings) {
+      Require(
+          std::all_of(ring.begin(), ring.end(), [](const auto& p) { return IsFinite(p[0], p[1]); }),
+          "area " + Quoted(area.text) + ": a point is not finite");
+    }
   }
   for (const PageChart& chart : charts) {
     for (const PageSeries& series : chart.series) {

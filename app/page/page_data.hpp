@@ -74,6 +74,12 @@ struct PagePicture {
   [[nodiscard]] bool empty() const { return bytes.empty(); }
 };
 
+/// A part of the ceiling, outlined over the picture.
+struct PageArea {
+  std::string text;
+  std::vector<std::vector<std::array<double, 2>>> rings;  ///< of polygons with holes, even-odd
+};
+
 /// The floor plan of the building: a picture or lines, below all else.
 struct PagePlan {
   std::string mime;  ///< as PagePicture
@@ -120,7 +126,7 @@ struct PageTable {
 };
 
 /// Everything on a page. Positions are in the page's frame, REP 103: x right, y up on the page;
-/// only picture and heights are in the map's frame, because their pixels stay as they are.
+/// only `picture` and heights are in the map's frame, because their pixels stay as they are.
 struct PageData {
   std::string title;
   std::string note;        ///< a line below the title, e.g. the source of the page
@@ -130,11 +136,15 @@ struct PageData {
   Similarity2 S_page_map;
   PagePlan plan;
   PagePicture picture;
+  /// How the ceiling looked before, in the page's frame: shown left of a divider that the user
+  /// moves.
+  PagePicture before;
   PageHeights heights;
   std::vector<PagePath> paths;
   std::vector<PageKeyframe> keyframes;
   std::vector<PageEdge> edges;
   std::vector<PageSpot> spots;
+  std::vector<PageArea> areas;
   std::vector<PageChart> charts;
   std::vector<PageTable> tables;
 

@@ -10,19 +10,6 @@
 namespace ceilmap::reports {
 namespace {
 
-/// Middle of the box around a change.
-cv::Point2d MiddleOf(const store::Change& change) {
-  cv::Point2d low(1e300, 1e300);
-  cv::Point2d high(-1e300, -1e300);
-  for (const auto& rings : change.polygons) {
-    for (const cv::Point2d& p : rings.front()) {
-      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-    }
-  }
-  return change.polygons.empty() ? cv::Point2d() : (low + high) / 2;
-}
-
 nlohmann::ordered_json ToJson(const store::Session& session) {
   return {{"id", session.id},
           {"date", session.date},
@@ -37,6 +24,18 @@ nlohmann::ordered_json ToJson(const store::Session& session) {
 }
 
 }  // namespace
+
+cv::Point2d MiddleOf(const store::Change& change) {
+  cv::Point2d low(1e300, 1e300);
+  cv::Point2d high(-1e300, -1e300);
+  for (const auto& rings : change.polygons) {
+    for (const cv::Point2d& p : rings.front()) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+  }
+  return change.polygons.empty() ? cv::Point2d() : (low + high) / 2;
+}
 
 nlohmann::ordered_json ToJson(const store::Change& change) {
   nlohmann::ordered_json polygons = nlohmann::ordered_json::array();

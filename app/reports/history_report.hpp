@@ -10,6 +10,9 @@
 
 namespace ceilmap::reports {
 
+/// Middle of the box around a change.
+cv::Point2d MiddleOf(const store::Change& change);
+
 /// What an update found and did.
 terminal::Table FactsOf(const robot::MapUpdateReport& report);
 nlohmann::ordered_json ToJson(const robot::MapUpdateReport& report);
