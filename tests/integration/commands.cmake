@@ -5,6 +5,7 @@ ceilmap_add_test(commands_test RUNS_PROGRAM COST 100 SHARDS 2
     ${CMAKE_CURRENT_LIST_DIR}/bad_input_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/bag_output_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/commands_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/diff_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/evaluate_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/help_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/localize_command_test.cpp

@@ -46,6 +46,29 @@ TEST_F(PageInBrowser, ThePictureLiesInItsPlace) {
              PixelOf(data.picture.max_x, data.picture.min_y));
 }
 
+TEST_F(PageInBrowser, ADividerSeparatesBeforeAndAfter) {
+  PageData data = sample::Comparison();
+  data.before = data.picture;
+  data.areas.push_back({"1: surface", {{{0, 0}, {1, 0}, {1, 1}}}});
+  Open(data);
+  EXPECT_TRUE(State()["layers"]["areas"].get<bool>());
+  const auto width_of_before = [] {
+    const json clip = browser_->Run(
+        "return getComputedStyle(document.querySelector('.leaflet-before-pane')).clip"
+        ".match(/-?[\\d.]+/g).map(Number)");
+    return clip[1].get<double>() - clip[3].get<double>();  // right, left
+  };
+  const double width = browser_->Run("return document.getElementById('map').clientWidth");
+  EXPECT_NEAR(width_of_before(), 0.5 * width, 1);
+  browser_->Run(
+      "const slider = document.querySelector('input.divider'); slider.value = 0.2;"
+      "slider.dispatchEvent(new Event('input'))");
+  EXPECT_NEAR(width_of_before(), 0.2 * width, 1);
+  Show("before-and-after");
+  Open(sample::Comparison());
+  EXPECT_EQ(browser_->Run("return document.querySelectorAll('input.divider').length"), 0);
+}
+
 TEST_F(PageInBrowser, BoxesSwitchLayers) {
   Open(sample::Comparison());
   const json before = State()["layers"];

@@ -5,9 +5,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <utility>
 
 #include "calib/base/error.hpp"
 #include "localization/robot/ceiling_localizer.hpp"
+#include "mapping/change/map_difference.hpp"
 #include "tests/localization/true_map.hpp"
 
 namespace ceilmap::robot {
@@ -105,6 +107,20 @@ TEST_F(MapUpdaterTest, ABannerIsFoundAndTheMapShowsIt) {
   for (const cv::Point2d& p : history.changes[0].polygons[0][0]) {
     EXPECT_LT(cv::norm(p - kBanner), 0.3 * std::sqrt(2) + 0.25);
   }
+  // The difference of the two maps is the same place, seen from either side.
+  for (const auto& [a, b] : {std::pair(&before, &after), std::pair(&after, &before)}) {
+    const change::MapDifference difference = change::CompareMaps(*a, *b, b->ReadKeyframes());
+    ASSERT_EQ(difference.changes.size(), 1U);
+    EXPECT_EQ(difference.changes[0].kind, store::Change::Kind::kSurface);
+    EXPECT_NEAR(difference.changed_area, history.changes[0].area, 0.15);
+    EXPECT_FALSE(difference.other_light);
+    EXPECT_GT(difference.compared_area, 5 * difference.changed_area);
+    for (const cv::Point2d& p : difference.changes[0].polygons[0][0]) {
+      EXPECT_LT(cv::norm(p - kBanner), 0.3 * std::sqrt(2) + 0.25);
+    }
+  }
+  EXPECT_TRUE(change::CompareMaps(before, before, before.ReadKeyframes()).changes.empty());
+  EXPECT_TRUE(change::CompareMaps(after, after, after.ReadKeyframes(), 1).changes.empty());
   // Poses stay to the last bit; images change inside of the banner only.
   const std::vector<graph::Keyframe> old = before.ReadKeyframes();
   const std::vector<graph::Keyframe> kept = after.ReadKeyframes();
