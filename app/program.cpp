@@ -150,6 +150,7 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
                          commands::AddMosaicCommand,
                          commands::AddAlignCommand,
                          commands::AddUpdateCommand,
+                         commands::AddPruneCommand,
                          commands::AddInfoCommand,
                          commands::AddExportCommand,
                          commands::AddRegisterCommand,

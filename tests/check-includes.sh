@@ -41,11 +41,11 @@ rows=(
     localization/compass/labrosse localization/compass/colour mapping mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app/figures: app/recordings app/files app/terminal app/evaluation localization/compass calib/base"
   "app/reports: app/figures app/recordings app/bags app/files app/terminal app/page app/evaluation localization/robot localization
-    localization/compass/colour compensation/mount calib/solve mapping mapping/mosaic mapping/store mapping/survey mapping/graph mapping/heights calib calib/wheels calib/base"
+    localization/compass/colour compensation/mount calib/solve mapping mapping/change mapping/mosaic mapping/store mapping/survey mapping/graph mapping/heights calib calib/wheels calib/base"
   "app/live: app/reports app/files app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
   "app/site: calib/base"
   "app/commands: app/site app/live app/reports app/figures app/recordings app/bags app/files app/terminal app/page samples/simulator
-    localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
+    localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/change mapping/mosaic mapping/store
     mapping/survey mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app/python: app/evaluation localization/robot localization localization/compass/labrosse localization/compass/colour mapping
     mapping/store mapping/graph mapping/registration calib calib/base"
