@@ -17,7 +17,7 @@ struct KeyframeCoverOptions {
   int min_cover = 2;
   /// And one of these shows at least this share of its image, so that a robot there is recognised
   /// and a later recording joins; 0..1.
-  double min_overlap = 0.5;
+  double min_overlap = 0.75;
 
   void Validate() const;  ///< throws InputError naming field, value and range
 };
