@@ -70,6 +70,19 @@ TEST(KeyframeCover, TheLastWitnessOfARetiredOneStays) {
   EXPECT_FALSE(cover.IsRedundant(1));
 }
 
+TEST(KeyframeCover, OfTwoWitnessesOneCanBeRetiredToo) {
+  std::vector<graph::Keyframe> keyframes = {At(0, 0), At(1, 0.06), At(2, 0.06)};
+  for (int i = 0; i < 3; ++i) {
+    keyframes.push_back(At(3 + i, 0.11));
+    keyframes.push_back(At(6 + i, -0.11));
+  }
+  KeyframeCover cover = CoverOf(keyframes, {.min_cover = 2, .min_overlap = 0.6});
+  cover.Retire(0);
+  ASSERT_TRUE(cover.IsRedundant(1));
+  cover.Retire(1);
+  EXPECT_FALSE(cover.IsRedundant(2));
+}
+
 TEST(KeyframeCover, MarginsOfATiltedImageShowNothing) {
   std::vector<graph::Keyframe> keyframes = {At(0, 0), At(1, 0), At(2, 0)};
   cv::Mat image(kView, CV_8UC1, cv::Scalar(100));
