@@ -8,6 +8,7 @@
 #include <set>
 #include <string_view>
 #include <thread>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -155,7 +156,9 @@ RetirementReport RetireKeyframes(store::MapRevision& revision,
       map.Metadata(),
       [&map](std::int64_t id) { return map.ReadImage(id); },
       cover_options);
-  graph::EdgeReduction edges(map.ReadEdges());
+  std::unordered_map<std::int64_t, Pose2> poses;
+  for (const graph::Keyframe& keyframe : keyframes) poses[keyframe.id] = keyframe.pose.T_map_base;
+  graph::EdgeReduction edges(map.ReadEdges(), std::move(poses));
   for (const std::size_t i : RetirementOrder(map, keyframes, cover, threads)) {
     if (fits()) break;
     if (!cover.IsRedundant(i)) continue;

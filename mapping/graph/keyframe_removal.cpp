@@ -1,6 +1,7 @@
 #include "mapping/graph/keyframe_removal.hpp"
 
 #include <Eigen/LU>
+#include <utility>
 
 #include "calib/base/pose_with_covariance.hpp"
 #include "mapping/graph/keyframe_graph.hpp"
@@ -57,7 +58,9 @@ bool IsBetter(const Edge& edge, const Edge& than) {
 
 }  // namespace
 
-EdgeReduction::EdgeReduction(const std::vector<Edge>& edges) {
+EdgeReduction::EdgeReduction(const std::vector<Edge>& edges,
+                             std::unordered_map<std::int64_t, Pose2> poses)
+    : poses_(std::move(poses)) {
   edges_.reserve(edges.size());
   for (const Edge& edge : edges) {
     of_keyframe_[edge.from].push_back(edges_.size());
@@ -82,11 +85,20 @@ void EdgeReduction::Add(const Edge& edge) {
     if (known.kind != edge.kind || (known.from != edge.to && known.to != edge.to)) continue;
     known = From(edge.from, known);
     SetMotion(Fused(MotionOf(known), MotionOf(edge)), known);
+    SetByPoses(known);
     return;
   }
   of_keyframe_[edge.from].push_back(edges_.size());
   of_keyframe_[edge.to].push_back(edges_.size());
   edges_.emplace_back(edge);
+  SetByPoses(*edges_.back());
+}
+
+void EdgeReduction::SetByPoses(Edge& edge) const {
+  const auto from = poses_.find(edge.from);
+  const auto to = poses_.find(edge.to);
+  if (from == poses_.end() || to == poses_.end()) return;
+  edge.T_from_to = from->second.Inverse() * to->second;
 }
 
 std::optional<std::int64_t> EdgeReduction::Remove(std::int64_t id) {

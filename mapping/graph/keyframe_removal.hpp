@@ -20,7 +20,11 @@ namespace ceilmap::graph {
 /// Poses are not touched: they stay at the optimum of all measurements.
 class EdgeReduction {
  public:
-  explicit EdgeReduction(const std::vector<Edge>& edges);
+  /// @param poses  of the keyframes, by id: the optimum of the edges. New edges state the motion
+  /// between these poses, because removed measurements had a part in them; the optimum of what
+  /// remains is then near it. Between keyframes without a pose it is the one that was measured.
+  explicit EdgeReduction(const std::vector<Edge>& edges,
+                         std::unordered_map<std::int64_t, Pose2> poses = {});
 
   /// Removes a keyframe. Where it has edges of odometry or wheels, the heir is one of these
   /// neighbours: along the path the graph stays connected by edges that are no loop closures.
@@ -34,6 +38,9 @@ class EdgeReduction {
   [[nodiscard]] std::vector<std::size_t> EdgesOf(std::int64_t id) const;
   void Add(const Edge& edge);
 
+  void SetByPoses(Edge& edge) const;
+
+  std::unordered_map<std::int64_t, Pose2> poses_;
   std::vector<std::optional<Edge>> edges_;                                  // none: removed
   std::unordered_map<std::int64_t, std::vector<std::size_t>> of_keyframe_;  // also removed ones
 };
