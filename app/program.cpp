@@ -151,6 +151,7 @@ std::vector<commands::Command> AddCommands(CLI::App& program) {
                          commands::AddAlignCommand,
                          commands::AddUpdateCommand,
                          commands::AddDiffCommand,
+                         commands::AddPruneCommand,
                          commands::AddInfoCommand,
                          commands::AddExportCommand,
                          commands::AddRegisterCommand,

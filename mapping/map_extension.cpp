@@ -6,7 +6,9 @@
 #include <iterator>
 
 #include "calib/base/error.hpp"
+#include "calib/base/result_date.hpp"
 #include "mapping/common_view.hpp"
+#include "mapping/history_union.hpp"
 #include "mapping/map_union.hpp"
 
 namespace ceilmap::mapping {
@@ -14,7 +16,7 @@ namespace ceilmap::mapping {
 MapExtension::MapExtension(const std::filesystem::path& file,
                            const store::MapMetadata& recording,
                            const std::optional<double>& resolution)
-    : file_(file), map_(file), metadata_(map_.Metadata()) {
+    : file_(file), map_(file), metadata_(map_.Metadata()), robot_(recording.robot) {
   const std::string problem = Incompatibility(metadata_, recording);
   if (!problem.empty()) throw InputError(fmt::format("{}: {}", file.string(), problem));
   if (resolution) metadata_.resolution = *resolution;
@@ -58,7 +60,26 @@ MappingResult MapExtension::Finish(const std::string& source,
   result.report.left_out = merged.left_out;
   result.report.quality = merged.graph.quality;
   result.report.keyframes = static_cast<std::int64_t>(merged.graph.keyframes.size());
+  WriteHistory(source, result, merged.graph, writer);
   return result;
+}
+
+/// Also the recording is a session; what it saw of the map was not compared with it.
+void MapExtension::WriteHistory(const std::string& source,
+                                const MappingResult& result,
+                                const graph::MapGraph& graph,
+                                store::MapWriter& writer) const {
+  store::MapHistory history = UniteHistories({{map_.ReadHistory(), map_.ReadKeyframes()}}, graph);
+  store::Session session;
+  session.id = history.sessions.empty() ? 1 : history.sessions.back().id + 1;
+  session.date = ResultDate();
+  session.source = std::filesystem::path(source).filename().string();
+  session.robot = robot_;
+  session.program_version = metadata_.program_version;
+  session.frames = result.report.frames;
+  session.placed = static_cast<std::int64_t>(result.frames.size());
+  history.sessions.push_back(std::move(session));
+  writer.WriteHistory(history);
 }
 
 }  // namespace ceilmap::mapping

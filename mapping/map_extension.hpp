@@ -31,7 +31,8 @@ class MapExtension {
   /// Of the recording's first keyframe in the map (MapperParams::first_keyframe_id).
   [[nodiscard]] std::int64_t NextKeyframeId() const { return next_keyframe_id_; }
 
-  /// Joins both and writes them to `writer`, without Commit.
+  /// Joins both and writes them to `writer`, with the history of the map, to which the recording is
+  /// added as a session; without Commit.
   /// @param source  name of the recording, for messages. @param view  of its camera.
   /// @param params  see MergeMaps.
   /// @param progress  done, total tiles of the mosaic.
@@ -44,9 +45,15 @@ class MapExtension {
                        const std::function<void(int, int)>& progress = {}) const;
 
  private:
+  void WriteHistory(const std::string& source,
+                    const MappingResult& result,
+                    const graph::MapGraph& graph,
+                    store::MapWriter& writer) const;
+
   std::filesystem::path file_;
   store::MapReader map_;
   store::MapMetadata metadata_;
+  std::string robot_;  // of the recording
   std::int64_t next_keyframe_id_ = 0;
 };
 

@@ -13,6 +13,7 @@
 #include "calib/base/error.hpp"
 #include "calib/base/one_line.hpp"
 #include "mapping/graph/fingerprint.hpp"
+#include "mapping/history_union.hpp"
 #include "mapping/map_links.hpp"
 #include "mapping/map_parts.hpp"
 
@@ -319,6 +320,17 @@ SolvedMaps MapSolver::Run() {
   return std::move(solved_);
 }
 
+/// The histories of the joined maps.
+store::MapHistory HistoryOf(const SolvedMaps& solved, const std::vector<NamedMap>& maps) {
+  std::vector<PartHistory> parts;
+  for (const std::size_t map : solved.joined) {
+    PartHistory part{maps[map].map->ReadHistory(), maps[map].map->ReadKeyframes()};
+    for (graph::Keyframe& keyframe : part.keyframes) keyframe.id += solved.first_ids[map];
+    parts.push_back(std::move(part));
+  }
+  return UniteHistories(std::move(parts), solved.graph);
+}
+
 }  // namespace
 
 SolvedMaps SolveMaps(const std::vector<NamedMap>& maps,
@@ -337,6 +349,7 @@ graph::MapGraph WriteSolvedGraph(const SolvedMaps& solved,
   PartImages images(maps, view, ids, {&graph, 1});
   for (const graph::Keyframe& keyframe : graph.keyframes) images.Write(keyframe.id, writer);
   writer.WriteGraph(graph);
+  writer.WriteHistory(HistoryOf(solved, maps));
   return graph;
 }
 

@@ -1,5 +1,6 @@
 #include "mapping/map_union.hpp"
 
+#include "mapping/history_union.hpp"
 #include "mapping/map_parts.hpp"
 
 namespace ceilmap::mapping {
@@ -58,7 +59,14 @@ MergeResult MergeMaps(const std::vector<NamedMap>& maps,
   const UnionSource source{[&](std::int64_t id) { return images.Image(id); },
                            [&](std::int64_t id) { return images.Descriptors(id); },
                            [&](std::int64_t id) { images.Write(id, writer); }};
-  return Unite(parts.graphs, source, view.View(), metadata, params, writer, progress);
+  MergeResult merged = Unite(parts.graphs, source, view.View(), metadata, params, writer, progress);
+  if (!merged.ok()) return merged;
+  std::vector<PartHistory> histories;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    histories.push_back({maps[i].map->ReadHistory(), std::move(parts.graphs[i].keyframes)});
+  }
+  writer.WriteHistory(UniteHistories(std::move(histories), merged.graph));
+  return merged;
 }
 
 MergeResult AppendRecording(const store::MapReader& map,

@@ -45,7 +45,7 @@ rows=(
   "app/live: app/reports app/files app/page app/terminal mapping/mosaic mapping/store mapping/graph calib calib/base"
   "app/site: calib/base"
   "app/commands: app/site app/live app/reports app/figures app/recordings app/bags app/files app/terminal app/page samples/simulator
-    localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/mosaic mapping/store
+    localization/robot localization localization/compass localization/compass/labrosse localization/compass/colour mapping mapping/change mapping/mosaic mapping/store
     mapping/survey mapping/graph mapping/registration compensation/mount calib/solve calib calib/wheels calib/base"
   "app/python: app/evaluation localization/robot localization localization/compass/labrosse localization/compass/colour mapping
     mapping/store mapping/graph mapping/registration calib calib/base"

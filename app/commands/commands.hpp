@@ -50,6 +50,7 @@ Command AddMatchCommand(CLI::App& program);
 Command AddSolveCommand(CLI::App& program);
 Command AddUpdateCommand(CLI::App& program);
 Command AddDiffCommand(CLI::App& program);
+Command AddPruneCommand(CLI::App& program);
 Command AddMosaicCommand(CLI::App& program);
 Command AddInfoCommand(CLI::App& program);
 Command AddExportCommand(CLI::App& program);

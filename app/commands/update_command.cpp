@@ -7,8 +7,10 @@
 #include "app/commands/commands.hpp"
 #include "app/commands/localize_files.hpp"
 #include "app/commands/localize_run.hpp"
+#include "app/commands/size_budget.hpp"
 #include "app/files/output_files.hpp"
 #include "app/reports/history_report.hpp"
+#include "app/terminal/console.hpp"
 #include "calib/base/result_date.hpp"
 #include "calib/level_view.hpp"
 #include "localization/robot/map_updater.hpp"
@@ -23,6 +25,7 @@ struct UpdateOptions {
   fs::path output;
   fs::path trajectory;
   robot::MapUpdaterOptions updater;
+  SizeBudget budget;
 
   [[nodiscard]] fs::path Result() const { return output.empty() ? inputs.map : output; }
   void Check(files::Existing existing) const;
@@ -41,6 +44,7 @@ void RunUpdate(UpdateOptions options, const CommonOptions& common, terminal::Sum
   LocalizeInputs& inputs = options.inputs;
   inputs.sensors.TakeBag(inputs.bags, inputs.up);
   options.Check(common.Existing());
+  options.updater.max_bytes = options.budget.Bytes();
   robot::MapUpdater updater(inputs.map, options.Result(), common.command_line, options.updater);
   LocalizeRun run(inputs, std::nullopt, summary);
   LocalizeOutputs outputs;
@@ -59,6 +63,10 @@ void RunUpdate(UpdateOptions options, const CommonOptions& common, terminal::Sum
   session.robot = run.Rig().robot;
   session.program_version = CEILMAP_VERSION;
   const robot::MapUpdateReport report = updater.Finish(session);
+  if (report.retirement && !report.retirement->within_budget) {
+    terminal::PrintWarning(options.Result().string() +
+                           " is larger than the budget: no more keyframes can be spared");
+  }
   summary.files.push_back(options.Result());
   if (!options.trajectory.empty()) poses.Commit(summary);
   inputs.sensors.wheels.WriteRig(run.Rig(), result.sensors.report.wheels, summary);
@@ -98,6 +106,10 @@ Command AddUpdateCommand(CLI::App& program) {
                "Renew the map by this recording alone; otherwise a second one must confirm a "
                "change, because sun patches and parked things do not stay")
       ->group(LocalizeInputs::kResult);
+  options->budget.AddTo(cli,
+                        "Then retire keyframes that others cover until the file is not larger, as "
+                        "'ceilmap prune' does",
+                        LocalizeInputs::kResult);
   command.run = [options](const CommonOptions& common, terminal::Summary& summary) {
     RunUpdate(*options, common, summary);
   };

@@ -70,13 +70,36 @@ nlohmann::ordered_json ToJson(const store::MapHistory& history) {
 }
 
 nlohmann::ordered_json ToJson(const robot::MapUpdateReport& report) {
-  return {{"session", ToJson(report.session)},
-          {"views_compared", report.views},
-          {"confirmed", report.confirmed},
-          {"candidates", report.candidates},
-          {"keyframes_renewed", report.keyframes},
-          {"compare_ms", report.compare_ms},
-          {"refresh_ms", report.refresh_ms}};
+  nlohmann::ordered_json json = {{"session", ToJson(report.session)},
+                                 {"views_compared", report.views},
+                                 {"confirmed", report.confirmed},
+                                 {"candidates", report.candidates},
+                                 {"keyframes_renewed", report.keyframes},
+                                 {"compare_ms", report.compare_ms},
+                                 {"refresh_ms", report.refresh_ms}};
+  if (report.retirement) json["retired"] = report.retirement->retired;
+  return json;
+}
+
+nlohmann::ordered_json ToJson(const change::PruneReport& report) {
+  return {{"bytes_before", report.bytes_before},
+          {"bytes_after", report.bytes_after},
+          {"keyframes_retired", report.keyframes.retired},
+          {"sessions_removed", report.sessions},
+          {"changes_removed", report.changes},
+          {"within_budget", report.keyframes.within_budget}};
+}
+
+terminal::Table FactsOf(const change::PruneReport& report) {
+  terminal::Table table;
+  table.AddRow({"keyframes", fmt::format("{} removed", report.keyframes.retired)});
+  table.AddRow({"sessions", fmt::format("{} removed", report.sessions)});
+  table.AddRow({"changes", fmt::format("{} removed", report.changes)});
+  table.AddRow({"size",
+                fmt::format("{:.1f} MB, before {:.1f} MB",
+                            1e-6 * static_cast<double>(report.bytes_after),
+                            1e-6 * static_cast<double>(report.bytes_before))});
+  return table;
 }
 
 terminal::Table FactsOf(const robot::MapUpdateReport& report) {
@@ -93,6 +116,9 @@ terminal::Table FactsOf(const robot::MapUpdateReport& report) {
         {"uncertain", fmt::format("{} places; another session decides", report.candidates)});
   }
   table.AddRow({"images renewed", fmt::format("{}", report.keyframes)});
+  if (report.retirement) {
+    table.AddRow({"keyframes", fmt::format("{} removed", report.retirement->retired)});
+  }
   return table;
 }
 

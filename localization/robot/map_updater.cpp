@@ -150,6 +150,10 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
       change::RefreshMap(me.evidence, outcome.fresh, me.heights, me.revision, me.options.threads)
           .keyframes;
   me.revision.SetHistory(outcome.history);
+  if (me.options.max_bytes) {
+    me.report.retirement =
+        change::RetireKeyframes(me.revision, me.options.max_bytes, {}, me.options.threads);
+  }
   me.revision.Commit();
   timer.reset();
   return me.report;

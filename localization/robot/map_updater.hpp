@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "localization/robot/estimate.hpp"
+#include "mapping/change/map_pruning.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_history.hpp"
 
@@ -23,6 +26,9 @@ struct MapUpdaterOptions {
   /// Renew the map by a single session. Otherwise a second one must see a change too: sun patches
   /// and what is parked below the ceiling do not stay.
   bool at_once = false;
+  /// Retire keyframes that others cover until the file is not larger (change::RetireKeyframes),
+  /// bytes; nothing: all keyframes stay.
+  std::optional<std::uint64_t> max_bytes;
   int threads = 0;  ///< 0: as many as the machine has cores
 
   void Validate() const;  ///< throws InputError naming field, value and range
@@ -34,7 +40,9 @@ struct MapUpdateReport {
   int confirmed = 0;       ///< changes that the map shows from now on
   int candidates = 0;      ///< changes that wait for another session
   int keyframes = 0;       ///< images that were renewed
-  double compare_ms = 0;   ///< computing times
+  /// With MapUpdaterOptions::max_bytes.
+  std::optional<change::RetirementReport> retirement;
+  double compare_ms = 0;  ///< computing times
   double refresh_ms = 0;
 };
 

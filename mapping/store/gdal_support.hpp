@@ -50,6 +50,13 @@ class GdalOption {
   bool had_old_ = false;
 };
 
+/// A partial file needs no protection, because it becomes valid only when it is renamed. So SQLite
+/// neither syncs nor keeps a journal on disk. Must exist while the file is opened.
+struct FastSqlite {
+  GdalOption synchronous{"OGR_SQLITE_SYNCHRONOUS", "OFF"};
+  GdalOption journal{"OGR_SQLITE_JOURNAL", "MEMORY"};
+};
+
 /// The map's coordinate system: a local engineering one, x right and y up, in metres ("m") or
 /// pixels ("px"). Not tied to the Earth.
 OGRSpatialReference LocalSrs(const std::string& unit);

@@ -1,5 +1,6 @@
 #include "mapping/store/history_tables.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "mapping/store/map_tables.hpp"
@@ -67,8 +68,6 @@ double AreaOf(OGRFeature& row, const char* column) {
   return area;
 }
 
-}  // namespace
-
 OGRLayer* CreateSessions(GDALDataset& dataset) {
   OGRLayer* layer = CreateTable(dataset, kSessions, nullptr, wkbNone, "id");
   const bool done =
@@ -117,6 +116,20 @@ bool Append(OGRLayer& layer, const Change& change) {
   row->SetField("area", change.area);
   SetPolygons(*row, change.polygons);
   return AddRow(layer, *row);
+}
+
+}  // namespace
+
+bool AddHistory(GDALDataset& dataset, OGRSpatialReference& srs, const MapHistory& history) {
+  OGRLayer* sessions = CreateSessions(dataset);
+  OGRLayer* changes = CreateChanges(dataset, srs);
+  if (sessions == nullptr || changes == nullptr) return false;
+  return std::all_of(history.sessions.begin(),
+                     history.sessions.end(),
+                     [&](const Session& session) { return Append(*sessions, session); }) &&
+         std::all_of(history.changes.begin(), history.changes.end(), [&](const Change& change) {
+           return Append(*changes, change);
+         });
 }
 
 Session ToSession(OGRFeature& row) {

@@ -8,13 +8,8 @@
 /// because it uses GDAL.
 namespace ceilmap::store::tables {
 
-/// Adds the table with its columns; null when GDAL fails (the GdalScope has the reason).
-OGRLayer* CreateSessions(GDALDataset& dataset);
-OGRLayer* CreateChanges(GDALDataset& dataset, OGRSpatialReference& srs);
-
-/// Adds a row; false when GDAL fails.
-bool Append(OGRLayer& layer, const Session& session);
-bool Append(OGRLayer& layer, const Change& change);
+/// Adds both tables with their rows; false when GDAL fails (the GdalScope has the reason).
+bool AddHistory(GDALDataset& dataset, OGRSpatialReference& srs, const MapHistory& history);
 
 /// The inverse. @throws InputError (without the file's name) for a missing column and for invalid
 /// values.

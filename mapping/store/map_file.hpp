@@ -134,6 +134,8 @@ class MapWriter {
   void WriteGraph(const graph::MapGraph& graph);
   /// Adds places that are not part of the mosaic.
   void WriteLeftOut(const std::vector<LeftOut>& places);
+  /// Writes the map's history, at most once; nothing of an empty one.
+  void WriteHistory(const MapHistory& history);
   /// Renders the mosaic by windows (aligned to tiles) and builds its pyramid.
   /// @param grid  Without pixels: the map has no mosaic.
   /// @param source  Called for one window at a time, from another thread: the next window is

@@ -4,6 +4,7 @@
 #include <array>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -11,12 +12,14 @@
 #include "calib/base/error.hpp"
 #include "calib/base/remote_name.hpp"
 #include "mapping/store/attribute_tables.hpp"
+#include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
 #include "mapping/store/history_tables.hpp"
 #include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_metadata.hpp"
 #include "mapping/store/map_tables.hpp"
 #include "mapping/store/site_tables.hpp"
+#include "mapping/store/table_layout.hpp"
 
 namespace ceilmap::store {
 namespace {
@@ -111,12 +114,16 @@ struct MapRevision::Impl {
   }
   void Copy(const fs::path& map);
   void OpenCopy();
+  void ShrinkFile() const;
   OGRLayer& Layer(const char* name) const;
+  void Run(const GdalScope& gdal, const std::string& sql) const;
+  std::uint64_t Number(const GdalScope& gdal, const std::string& sql) const;
   [[nodiscard]] std::vector<Bands> Pyramid() const;
 
   AtomicFile file;
   MapReader reader;
   MapMetadata metadata;
+  bool shrinks = false;
   GDALDatasetUniquePtr dataset;  // after `file`: closed before the partial file is removed
 };
 
@@ -131,9 +138,7 @@ void MapRevision::Impl::Copy(const fs::path& map) {
 
 void MapRevision::Impl::OpenCopy() {
   const GdalScope gdal;
-  // AtomicFile syncs the file, and an unfinished one is never used.
-  const GdalOption synchronous("OGR_SQLITE_SYNCHRONOUS", "OFF");
-  const GdalOption journal("OGR_SQLITE_JOURNAL", "MEMORY");
+  const FastSqlite fast;
   const bool has_mosaic = reader.Grid().width_px > 0;
   const std::array<const char*, 2> drivers = {"GPKG", nullptr};
   const std::array<const char*, 5> raster = {
@@ -153,6 +158,32 @@ OGRLayer& MapRevision::Impl::Layer(const char* name) const {
     throw RunError("cannot write " + file.Target().string() + ": no table " + name);
   }
   return *layer;
+}
+
+/// A statement without a result.
+void MapRevision::Impl::Run(const GdalScope& gdal, const std::string& sql) const {
+  OGRLayer* result = dataset->ExecuteSQL(sql.c_str(), nullptr, nullptr);
+  if (result != nullptr) dataset->ReleaseResultSet(result);
+  Check(gdal, true);
+}
+
+/// The only value that a statement results in.
+std::uint64_t MapRevision::Impl::Number(const GdalScope& gdal, const std::string& sql) const {
+  OGRLayer* result = dataset->ExecuteSQL(sql.c_str(), nullptr, nullptr);
+  Check(gdal, result != nullptr);
+  const OGRFeatureUniquePtr row(result->GetNextFeature());
+  const std::int64_t value = row == nullptr ? -1 : row->GetFieldAsInteger64(0);
+  dataset->ReleaseResultSet(result);
+  Check(gdal, value >= 0);
+  return static_cast<std::uint64_t>(value);
+}
+
+void MapRevision::Impl::ShrinkFile() const {
+  try {
+    ShrinkDatabase(file.PartialPath());
+  } catch (const RunError& error) {
+    throw RunError("cannot write " + file.Target().string() + ": " + error.what());
+  }
 }
 
 /// The mosaic, then its reductions.
@@ -244,15 +275,47 @@ void MapRevision::SetHistory(const MapHistory& history) {
   impl_->Check(gdal,
                RemoveLayer(dataset, tables::kSessions) && RemoveLayer(dataset, tables::kChanges));
   OGRSpatialReference srs = LocalSrs(impl_->metadata.unit);
-  OGRLayer* sessions = tables::CreateSessions(dataset);
-  OGRLayer* changes = tables::CreateChanges(dataset, srs);
-  impl_->Check(gdal, sessions != nullptr && changes != nullptr);
-  for (const Session& session : history.sessions) {
-    impl_->Check(gdal, tables::Append(*sessions, session));
+  impl_->Check(gdal, tables::AddHistory(dataset, srs, history));
+}
+
+std::uint64_t MapRevision::UsedBytes() const {
+  const GdalScope gdal;
+  return (impl_->Number(gdal, "PRAGMA page_count") - impl_->Number(gdal, "PRAGMA freelist_count")) *
+         impl_->Number(gdal, "PRAGMA page_size");
+}
+
+void MapRevision::RemoveKeyframe(std::int64_t id, std::int64_t heir) {
+  const GdalScope gdal;
+  impl_->Check(gdal, impl_->Layer(tables::kKeyframes).DeleteFeature(id) == OGRERR_NONE);
+  for (const char* table : tables::kOfKeyframes) {
+    OGRLayer* layer = impl_->dataset->GetLayerByName(table);
+    impl_->Check(gdal, layer == nullptr || RemoveRow(*layer, id));
   }
-  for (const Change& change : history.changes) {
-    impl_->Check(gdal, tables::Append(*changes, change));
+  // In SQL, so that the other columns keep their bits.
+  for (const char* table : {tables::kTrajectory, tables::kWeakSpots}) {
+    impl_->Run(gdal,
+               "UPDATE " + std::string(table) + " SET keyframe_id = " + std::to_string(heir) +
+                   " WHERE keyframe_id = " + std::to_string(id));
   }
+}
+
+void MapRevision::SetEdges(const std::vector<graph::Edge>& edges) {
+  const GdalScope gdal;
+  std::unordered_map<std::int64_t, Pose2> poses;
+  for (const graph::Keyframe& keyframe : impl_->reader.ReadKeyframes()) {
+    poses[keyframe.id] = keyframe.pose.T_map_base;
+  }
+  OGRLayer& layer = impl_->Layer(tables::kEdges);
+  std::vector<GIntBig> old;
+  for (const auto& row : layer) old.push_back(row->GetFID());
+  for (const GIntBig id : old) impl_->Check(gdal, layer.DeleteFeature(id) == OGRERR_NONE);
+  for (const graph::Edge& edge : edges) {
+    impl_->Check(gdal, tables::Append(layer, edge, poses.at(edge.from), poses.at(edge.to)));
+  }
+}
+
+void MapRevision::Shrink() {
+  impl_->shrinks = true;
 }
 
 void MapRevision::SetSiteFrame(const survey::SiteFrame& site) {
@@ -286,6 +349,7 @@ void MapRevision::Commit() {
     impl_->dataset.reset();
     impl_->Check(gdal, true);
   }
+  if (impl_->shrinks) impl_->ShrinkFile();
   impl_->reader.CheckCurrent();
   impl_->file.Commit();
 }

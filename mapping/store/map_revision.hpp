@@ -5,7 +5,9 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
+#include "mapping/graph/keyframe.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_history.hpp"
 #include "mapping/survey/site_frame.hpp"
@@ -38,6 +40,16 @@ class MapRevision {
   void ReplaceImage(std::int64_t keyframe_id, const cv::Mat& image, const cv::Mat& descriptors);
   /// Replaces the map's history.
   void SetHistory(const MapHistory& history);
+  /// Bytes of the file that hold data, with what was replaced and removed so far: about its size
+  /// after Shrink().
+  [[nodiscard]] std::uint64_t UsedBytes() const;
+  /// Removes a keyframe and all that is stored of it, except its edges: SetEdges must follow. The
+  /// frames and weak spots that belong to it belong to another one from then on; their poses stay.
+  void RemoveKeyframe(std::int64_t id, std::int64_t heir);
+  /// Replaces all edges. Their keyframes are in the map.
+  void SetEdges(const std::vector<graph::Edge>& edges);
+  /// Lets Commit() give the space of what was removed back to the disk. It rewrites the file.
+  void Shrink();
   /// Replaces the map's place in its building: metadata `site_*` and the layer `control_points`.
   /// @throws InputError for one that cannot be stored.
   void SetSiteFrame(const survey::SiteFrame& site);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 /// Names of the tables of the map file, shared by MapWriter and MapReader. feature_tables.hpp and
 /// attribute_tables.hpp convert their rows. Internal.
 namespace ceilmap::store::tables {
@@ -18,6 +20,8 @@ inline constexpr char kDescriptors[] = "place_descriptors";
 inline constexpr char kHeights[] = "keyframe_heights";  ///< absent in maps of earlier versions
 inline constexpr char kMask[] = "view_mask";            ///< one row, as kImages; none: no mask
 inline constexpr char kMetadata[] = "ceilmap_metadata";
+/// Tables whose rows belong to keyframes, by their ids.
+inline constexpr std::array kOfKeyframes = {kImages, kDescriptors, kHeights};
 inline constexpr char kPng[] = "png";  ///< column of kImages
 inline constexpr char kKey[] = "key";  ///< columns of kMetadata
 inline constexpr char kValue[] = "value";

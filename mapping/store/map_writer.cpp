@@ -10,6 +10,7 @@
 #include "mapping/store/attribute_tables.hpp"
 #include "mapping/store/feature_tables.hpp"
 #include "mapping/store/gdal_support.hpp"
+#include "mapping/store/history_tables.hpp"
 #include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_file.hpp"
 #include "mapping/store/map_metadata.hpp"
@@ -22,13 +23,6 @@ namespace {
 
 /// Side of the windows in which the mosaic is rendered and written; a multiple of the tile's.
 constexpr int kWindowPx = 4 * tables::kTilePx;
-
-/// The partial file needs no protection, because it becomes valid only when it is renamed. So
-/// SQLite neither syncs nor keeps a journal on disk. Must exist while the file is opened.
-struct FastSqlite {
-  GdalOption synchronous{"OGR_SQLITE_SYNCHRONOUS", "OFF"};
-  GdalOption journal{"OGR_SQLITE_JOURNAL", "MEMORY"};
-};
 
 std::vector<cv::Rect> Windows(const MosaicGrid& grid) {
   std::vector<cv::Rect> windows;
@@ -345,6 +339,14 @@ void MapWriter::WriteLeftOut(const std::vector<LeftOut>& places) {
   for (const LeftOut& place : places) {
     impl_->Check(gdal, tables::Append(impl_->Layer(tables::kLeftOut), place));
   }
+}
+
+void MapWriter::WriteHistory(const MapHistory& history) {
+  if (history.sessions.empty() && history.changes.empty()) return;
+  const std::lock_guard lock(impl_->mutex);
+  const GdalScope gdal;
+  OGRSpatialReference srs = LocalSrs(impl_->metadata.unit);
+  impl_->Check(gdal, impl_->dataset && tables::AddHistory(*impl_->dataset, srs, history));
 }
 
 void MapWriter::WriteMosaic(const MosaicGrid& grid,

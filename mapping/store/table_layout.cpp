@@ -70,4 +70,10 @@ void GatherTable(const std::filesystem::path& database, const char* table) {
   file.Run("COMMIT");
 }
 
+void ShrinkDatabase(const std::filesystem::path& database) {
+  GrowingDatabase file(database);
+  file.Run("PRAGMA synchronous = OFF; PRAGMA journal_mode = OFF;");
+  file.Run("VACUUM");
+}
+
 }  // namespace ceilmap::store

@@ -10,4 +10,7 @@ namespace ceilmap::store {
 /// @throws RunError (without the file's name) when the disk cannot be written.
 void GatherTable(const std::filesystem::path& database, const char* table);
 
+/// Rewrites a database without the space of what was removed; the same holds.
+void ShrinkDatabase(const std::filesystem::path& database);
+
 }  // namespace ceilmap::store

@@ -11,6 +11,7 @@ ceilmap_add_test(commands_test RUNS_PROGRAM COST 100 SHARDS 2
     ${CMAKE_CURRENT_LIST_DIR}/localize_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/map_file_commands_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/plan_page_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/prune_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/remote_map_command_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/report_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/rig_command_test.cpp
