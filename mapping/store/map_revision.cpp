@@ -242,7 +242,8 @@ void MapRevision::SetHistory(const MapHistory& history) {
   const GdalScope gdal;
   GDALDataset& dataset = *impl_->dataset;
   impl_->Check(gdal,
-               RemoveLayer(dataset, tables::kSessions) && RemoveLayer(dataset, tables::kChanges));
+               RemoveLayer(dataset, tables::kSessions) && RemoveLayer(dataset, tables::kChanges) &&
+                   RemoveLayer(dataset, tables::kLooks));
   OGRSpatialReference srs = LocalSrs(impl_->metadata.unit);
   OGRLayer* sessions = tables::CreateSessions(dataset);
   OGRLayer* changes = tables::CreateChanges(dataset, srs);
@@ -253,6 +254,10 @@ void MapRevision::SetHistory(const MapHistory& history) {
   for (const Change& change : history.changes) {
     impl_->Check(gdal, tables::Append(*changes, change));
   }
+  if (history.looks.empty()) return;
+  OGRLayer* looks = tables::CreateLooks(dataset);
+  impl_->Check(gdal, looks != nullptr);
+  for (const Look& look : history.looks) impl_->Check(gdal, tables::Append(*looks, look));
 }
 
 void MapRevision::SetSiteFrame(const survey::SiteFrame& site) {
