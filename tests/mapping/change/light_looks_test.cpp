@@ -10,68 +10,68 @@ namespace {
 using namespace synthetic;
 using store::Look;
 
-const cv::Rect kShown{5, 5, 20, 20};
-const cv::Rect kLamp{14, 9, 4, 3};  // on the border of two looks
-const cv::Rect kOtherLamp{20, 20, 2, 2};
+const cv::Rect kSeenByNight{5, 5, 20, 20};
+const cv::Rect kLampCells{14, 9, 4, 3};  // on the border of two looks
+const cv::Rect kOtherLampCells{20, 20, 2, 2};
 
 /// Evidence of a recording in which two places look otherwise.
-ChangeEvidence Seen(CellState state, const cv::Rect& place = kLamp) {
+ChangeEvidence SeenAs(CellState state, const cv::Rect& place = kLampCells) {
   ChangeEvidence evidence(kAll);
-  AddChangedViews(evidence, kShown, place, state, 3);
+  AddChangedViews(evidence, kSeenByNight, place, state, 3);
   return evidence;
 }
 
-std::vector<Look> Updated(const std::vector<Look>& looks,
-                          const ChangeEvidence& evidence,
-                          const std::vector<cv::Point>& fresh = {}) {
+std::vector<Look> UpdatedBy(const std::vector<Look>& looks,
+                            const ChangeEvidence& evidence,
+                            const std::vector<cv::Point>& fresh = {}) {
   return UpdateLooks(looks, evidence, FindChanges(evidence), fresh, 7);
 }
 
 /// Pixels of all looks that differ from the mosaic.
-int Drawn(const std::vector<Look>& looks) {
+int PixelsDrawn(const std::vector<Look>& looks) {
   int pixels = 0;
   for (const Look& look : looks) pixels += cv::countNonZero(look.image);
   return pixels;
 }
 
 TEST(LightLooks, LampsInAnotherLightAreKept) {
-  const ChangeEvidence night = Seen(CellState::kLamp);
+  const ChangeEvidence night = SeenAs(CellState::kLamp);
   ASSERT_TRUE(night.OtherLight());
-  const std::vector<Look> looks = Updated({}, night);
+  const std::vector<Look> looks = UpdatedBy({}, night);
   ASSERT_EQ(looks.size(), 2U);
   EXPECT_EQ(looks[0].id, 1);
   EXPECT_EQ(looks[0].session, 7);
   EXPECT_EQ(looks[0].origin_px, cv::Point(0, 0));
   EXPECT_EQ(looks[1].origin_px, cv::Point(Look::kSizePx, 0));
-  EXPECT_EQ(Drawn(looks), kLamp.area() * kCellPx * kCellPx);
+  EXPECT_EQ(PixelsDrawn(looks), kLampCells.area() * kCellPx * kCellPx);
   const cv::Point cell(14, 10);
   const cv::Mat drawn = looks[0].image(cv::Rect(cell * kCellPx, cv::Size(kCellPx, kCellPx)));
   EXPECT_EQ(cv::norm(drawn, night.At(cell)->looks[0].Mean(), cv::NORM_INF), 0);
 }
 
 TEST(LightLooks, AChangeInTheLightOfTheMapKeepsNone) {
-  EXPECT_TRUE(Updated({}, Seen(CellState::kTexture)).empty());
+  EXPECT_TRUE(UpdatedBy({}, SeenAs(CellState::kTexture)).empty());
 }
 
 TEST(LightLooks, WhatWasRenewedIsErased) {
-  const std::vector<Look> looks = Updated({}, Seen(CellState::kLamp));
-  const std::vector<Look> left = Updated(looks, Seen(CellState::kTexture), {{14, 9}, {15, 9}});
-  EXPECT_EQ(Drawn(looks) - Drawn(left), 2 * kCellPx * kCellPx);
+  const std::vector<Look> looks = UpdatedBy({}, SeenAs(CellState::kLamp));
+  const std::vector<Look> left = UpdatedBy(looks, SeenAs(CellState::kTexture), {{14, 9}, {15, 9}});
+  EXPECT_EQ(PixelsDrawn(looks) - PixelsDrawn(left), 2 * kCellPx * kCellPx);
 }
 
 TEST(LightLooks, ALampThatLooksAsInTheMapIsErased) {
-  const std::vector<Look> looks = Updated({}, Seen(CellState::kLamp));
-  const std::vector<Look> moved = Updated(looks, Seen(CellState::kLamp, kOtherLamp));
+  const std::vector<Look> looks = UpdatedBy({}, SeenAs(CellState::kLamp));
+  const std::vector<Look> moved = UpdatedBy(looks, SeenAs(CellState::kLamp, kOtherLampCells));
   ASSERT_EQ(moved.size(), 1U);
   EXPECT_EQ(moved[0].origin_px, cv::Point(Look::kSizePx, Look::kSizePx));
-  EXPECT_EQ(Drawn(moved), kOtherLamp.area() * kCellPx * kCellPx);
+  EXPECT_EQ(PixelsDrawn(moved), kOtherLampCells.area() * kCellPx * kCellPx);
 }
 
 TEST(LightLooks, RecordingsInOneLightDoNotAddUp) {
-  std::vector<Look> looks = Updated({}, Seen(CellState::kLamp));
-  const int once = Drawn(looks);
-  for (int i = 0; i < 3; ++i) looks = Updated(looks, Seen(CellState::kLamp));
-  EXPECT_EQ(Drawn(looks), once);
+  std::vector<Look> looks = UpdatedBy({}, SeenAs(CellState::kLamp));
+  const int once = PixelsDrawn(looks);
+  for (int i = 0; i < 3; ++i) looks = UpdatedBy(looks, SeenAs(CellState::kLamp));
+  EXPECT_EQ(PixelsDrawn(looks), once);
 }
 
 }  // namespace
