@@ -20,6 +20,7 @@ class LookTiles {
   explicit LookTiles(std::vector<Look> looks) {
     for (Look& look : looks) {
       const cv::Point at = look.origin_px / Look::kSizePx;
+      look.image = look.image.clone();  // the caller may share the pixels
       tiles_[{at.y, at.x}] = std::move(look);
     }
   }

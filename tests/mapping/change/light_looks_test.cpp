@@ -17,6 +17,11 @@ const cv::Rect kOtherLampCells{20, 20, 2, 2};
 /// Evidence of a recording in which two places look otherwise.
 ChangeEvidence SeenAs(CellState state, const cv::Rect& place = kLampCells) {
   ChangeEvidence evidence(kAll);
+  if (state == CellState::kLamp) {
+    ViewComparison dark = SameView({30, 30, 1, 1});
+    dark.lamps_differ = 100;
+    evidence.Add(dark);
+  }
   AddChangedViews(evidence, kSeenByNight, place, state, 3);
   return evidence;
 }
