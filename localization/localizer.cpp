@@ -87,6 +87,7 @@ struct Localizer::Impl {
   cv::Mat levelled;
   std::optional<double> last_stamp_s;  // of any frame
   int placed_frames = 0;               // since the robot was found
+  int unplaced_frames = 0;             // in a row
   bool was_placed = false;
 
   [[nodiscard]] LevelFrame Levelled(const CeilingFrame& frame);
@@ -400,10 +401,14 @@ Location Localizer::Locate(const CeilingFrame& frame) {
   }
   me.was_placed = location.Placed();
   me.placed_frames = location.Placed() ? me.placed_frames + 1 : 0;
+  constexpr int kForgetLightAfter = 30;
+  me.unplaced_frames = location.Placed() ? 0 : me.unplaced_frames + 1;
+  if (me.unplaced_frames == kForgetLightAfter) me.matcher.ForgetLight();
   me.InflateByTilt(location);
   if (location.Placed()) me.Remember(frame, level, location);
   if (location.Placed() && location.inliers > 0 && me.matcher.KnowsScale()) {
     location.seen = me.SeenAt(location.pose.T_map_base, level.image.pixels);
+    me.matcher.LearnLight(location.pose.T_map_base, level.image.pixels);
   }
   me.last_stamp_s = frame.stamp_s;
   me.Count(location.pose.status);
@@ -424,6 +429,7 @@ void Localizer::Reset(const std::optional<PoseWithCovariance>& start) {
   me.tracker.ForgetPatch();
   me.was_placed = false;
   me.placed_frames = 0;
+  me.matcher.ForgetLight();
   me.unnoticed_tilt.reset();
 }
 

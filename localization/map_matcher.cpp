@@ -131,6 +131,7 @@ MapMatcher::MapMatcher(const store::MapReader& map,
       heights_(HeightsOf(map)),
       registrar_(view_.Size(), WithScale(view_, false, !heights_.empty())),
       scaling_(view_.Size(), WithScale(view_, true, false)),
+      looks_(heights_.empty() ? map.ReadLooks() : std::vector<store::Look>()),
       scale_known_(params.scale_frames == 0 || !heights_.empty()) {
   DrawAnew();
 }
@@ -138,7 +139,8 @@ MapMatcher::MapMatcher(const store::MapReader& map,
 void MapMatcher::DrawAnew() {
   patches_.reset();
   depth_ = std::make_unique<DepthDrawing>(heights_, map_.Metadata(), view_);
-  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_, depth_.get());
+  patches_ = std::make_unique<MapPatches>(map_, view_, registrar_, depth_.get(), looks_);
+  patches_->SetOtherLight(light_.IsKnown() && light_.IsOther());
 }
 
 void MapMatcher::Analyze(LevelFrame& frame, const registration::Encoding& encoding) {
@@ -219,9 +221,47 @@ std::shared_ptr<const Patch> MapMatcher::MatchExactly(const FrameSpectrum& frame
   return nullptr;
 }
 
+void MapMatcher::LearnLight(const Pose2& T_map_base, const cv::Mat& image) {
+  constexpr int kEvery = 32;  // frames, once the light is known
+  if (looks_.empty() || (light_.IsKnown() && ++frames_since_light_ < kEvery)) return;
+  if (!patches_->DependsOnLight(T_map_base)) return;
+  frames_since_light_ = 0;
+  cv::Mat in_map_light;
+  cv::Mat in_other_light;
+  cv::Mat content;
+  patches_->SetOtherLight(false);
+  patches_->Draw(T_map_base, in_map_light, content);
+  patches_->SetOtherLight(true);
+  patches_->Draw(T_map_base, in_other_light, content);
+  light_.Add(image, in_map_light, in_other_light, content & (image != 0));
+  patches_->SetOtherLight(light_.IsKnown() && light_.IsOther());
+}
+
+void MapMatcher::ForgetLight() {
+  light_.Forget();
+  patches_->SetOtherLight(false);
+}
+
 std::optional<MapMatch> MapMatcher::MatchNear(const Pose2& T_map_base,
                                               const FrameSpectrum& frame,
                                               const std::optional<PoseWithCovariance>& expected) {
+  std::optional<MapMatch> match = MatchNearInLight(T_map_base, frame, expected);
+  if (light_.IsKnown() || !patches_->DependsOnLight(T_map_base)) return match;
+  const registration::Verdict verdict = verdict_;
+  const std::optional<MapMatch> one_way = one_of_several_ways_;
+  patches_->SetOtherLight(true);
+  std::optional<MapMatch> other = MatchNearInLight(T_map_base, frame, expected);
+  patches_->SetOtherLight(false);
+  if (other && (!match || other->dissimilarity.mean < match->dissimilarity.mean)) return other;
+  verdict_ = verdict;
+  one_of_several_ways_ = one_way;
+  return match;
+}
+
+std::optional<MapMatch> MapMatcher::MatchNearInLight(
+    const Pose2& T_map_base,
+    const FrameSpectrum& frame,
+    const std::optional<PoseWithCovariance>& expected) {
   one_of_several_ways_.reset();
   std::shared_ptr<const Patch> at = patches_->Near(T_map_base);
   if (!at) return std::nullopt;

@@ -8,6 +8,7 @@
 #include "calib/ceiling_view.hpp"
 #include "calib/rig.hpp"
 #include "localization/hypotheses.hpp"
+#include "localization/light_choice.hpp"
 #include "localization/localizer.hpp"
 #include "localization/map_patches.hpp"
 #include "localization/relative_odometry.hpp"
@@ -54,9 +55,15 @@ class MapMatcher {
                                   const std::optional<PoseWithCovariance>& expected);
   [[nodiscard]] registration::Verdict Verdict() const { return verdict_; }
   /// Matches a frame near a place, and compares it for weighing places (MapMatch::dissimilarity).
+  /// Where the light is not known, in both lights; the better match is taken.
   std::optional<MapMatch> MatchNear(const Pose2& T_map_base,
                                     const registration::FrameSpectrum& frame,
                                     const std::optional<PoseWithCovariance>& expected);
+  /// Compares a level image of known pose with the map in both lights, in some of the calls.
+  /// Without cost on a map that was seen in one light only.
+  void LearnLight(const Pose2& T_map_base, const cv::Mat& image);
+  /// The light may have changed.
+  void ForgetLight();
   /// Of the latest MatchNear: where the frame fits in several ways, so that it tells no pose, or
   /// only the expected one, one of these ways; nothing otherwise.
   [[nodiscard]] const std::optional<MapMatch>& OneOfSeveralWays() const {
@@ -93,6 +100,9 @@ class MapMatcher {
 
  private:
   void DrawAnew();
+  std::optional<MapMatch> MatchNearInLight(const Pose2& T_map_base,
+                                           const registration::FrameSpectrum& frame,
+                                           const std::optional<PoseWithCovariance>& expected);
   registration::Registration Register(const Patch& at,
                                       const registration::FrameSpectrum& frame,
                                       const std::optional<PoseWithCovariance>& expected);
@@ -113,6 +123,9 @@ class MapMatcher {
   registration::Registrar registrar_;
   registration::Registrar scaling_;  // until the scale is known
   std::unique_ptr<DepthDrawing> depth_;
+  std::vector<store::Look> looks_;
+  LightChoice light_;
+  int frames_since_light_ = 0;  // was compared last
   std::unique_ptr<MapPatches> patches_;
   std::vector<double> scales_;
   std::optional<double> scale_;

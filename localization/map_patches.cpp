@@ -19,7 +19,7 @@ namespace {
 // Distance between the poses for which patches are drawn, as a fraction of the shorter side of
 // the camera's view, (0, 1).
 constexpr double kSpacingRatio = 0.2;
-constexpr int kHeadingCount = 16;    // drawn at each place, [4, 360]
+constexpr int kHeadingCount = 16;    // drawn at each place, [4, 255]
 constexpr double kMinContent = 0.3;  // patches with a smaller mapped fraction are not used, (0, 1]
 constexpr int kKeptPatches = 6;      // in memory, about 4 MB each for 640 x 480 px, >= 2
 
@@ -29,12 +29,13 @@ struct Node {
   std::int64_t y = 0;
   std::int64_t heading = 0;
 
-  /// One key for all three; places repeat only after 2^27 steps.
-  [[nodiscard]] std::int64_t Key() const {
+  /// One key for all; places repeat only after 2^27 steps.
+  [[nodiscard]] std::int64_t Key(bool other_light) const {
     constexpr std::int64_t kPlaces = std::int64_t{1} << 27;
     const auto wrapped = [](std::int64_t v) { return (v % kPlaces + kPlaces) % kPlaces; };
     constexpr std::int64_t kHeadings = 512;
-    return (wrapped(x) * kPlaces + wrapped(y)) * kHeadings + heading;
+    return (wrapped(x) * kPlaces + wrapped(y)) * kHeadings + heading +
+           (other_light ? kHeadings / 2 : 0);
   }
 };
 
@@ -66,9 +67,14 @@ struct MapPatches::Impl {
   LruCache<std::shared_ptr<const Patch>> patches;
   cv::Mat grey;
   cv::Mat mask;
+  std::vector<store::Look> looks;
+  bool other_light = false;
 
   [[nodiscard]] Node NodeNear(const Pose2& T_map_base) const;
   [[nodiscard]] Pose2 PoseOf(const Node& node) const;
+  [[nodiscard]] mosaic::ViewPlacement PlacementAt(const Pose2& T_map_base) const;
+  [[nodiscard]] cv::Rect WindowOf(const cv::Rect2d& bounds, double margin) const;
+  void DrawLooks(const cv::Rect& window, cv::Mat& to) const;
   void DrawPlane(const mosaic::ViewPlacement& placement, cv::Mat& to, cv::Mat& content) const;
 };
 
@@ -91,7 +97,8 @@ Pose2 MapPatches::Impl::PoseOf(const Node& node) const {
 MapPatches::MapPatches(const store::MapReader& map,
                        const calib::CeilingView& view,
                        registration::Registrar& registrar,
-                       const DepthDrawing* depth) {
+                       const DepthDrawing* depth,
+                       std::vector<store::Look> looks) {
   const double shorter = std::min(view.Size().width, view.Size().height) * view.MetresPerPixel();
   impl_ = std::make_unique<Impl>(
       Impl{map,
@@ -102,16 +109,64 @@ MapPatches::MapPatches(const store::MapReader& map,
            kSpacingRatio * shorter,
            LruCache<std::shared_ptr<const Patch>>(static_cast<std::size_t>(kKeptPatches)),
            {},
-           {}});
+           {},
+           std::move(looks)});
 }
 MapPatches::~MapPatches() = default;
+
+void MapPatches::SetOtherLight(bool other) {
+  impl_->other_light = other;
+}
+bool MapPatches::IsOtherLight() const {
+  return impl_->other_light;
+}
+
+bool MapPatches::DependsOnLight(const Pose2& T_map_base) const {
+  const Impl& me = *impl_;
+  if (me.looks.empty() || (me.depth != nullptr && me.depth->HasDepth())) return false;
+  const cv::Rect window = me.WindowOf(me.PlacementAt(T_map_base).Bounds(), 0);
+  return std::any_of(me.looks.begin(), me.looks.end(), [&](const store::Look& look) {
+    const cv::Rect common = window & cv::Rect(look.origin_px, look.image.size());
+    return !common.empty() && cv::countNonZero(look.image(common - look.origin_px)) > 0;
+  });
+}
+
+mosaic::ViewPlacement MapPatches::Impl::PlacementAt(const Pose2& T_map_base) const {
+  return {T_map_base * view.T_base_view(), view.Size(), view.MetresPerPixel(), PrincipalOf(view)};
+}
+
+/// Of the mosaic.
+cv::Rect MapPatches::Impl::WindowOf(const cv::Rect2d& bounds, double margin) const {
+  const store::MosaicGrid& grid = map.Grid();
+  const auto column = [&](double x) {
+    return static_cast<int>(
+        std::clamp((x - grid.min_x) / grid.resolution, 0.0, 1.0 * grid.width_px));
+  };
+  const auto row = [&](double y) {
+    return static_cast<int>(
+        std::clamp((grid.max_y - y) / grid.resolution, 0.0, 1.0 * grid.height_px));
+  };
+  return {cv::Point(column(bounds.x - margin), row(bounds.br().y + margin)),
+          cv::Point(column(bounds.br().x + margin), row(bounds.y - margin))};
+}
+
+/// @param to  pixels of this window of the mosaic.
+void MapPatches::Impl::DrawLooks(const cv::Rect& window, cv::Mat& to) const {
+  for (const store::Look& look : looks) {
+    const cv::Rect common = window & cv::Rect(look.origin_px, look.image.size());
+    if (common.empty()) continue;
+    const cv::Mat pixels = look.image(common - look.origin_px);
+    pixels.copyTo(to(common - window.tl()), pixels != 0);
+  }
+}
 
 std::shared_ptr<const Patch> MapPatches::Near(const Pose2& T_map_base) {
   Impl& me = *impl_;
   const Node node = me.NodeNear(T_map_base);
-  if (const auto* known = me.patches.Find(node.Key())) return *known;
+  const std::int64_t key = node.Key(me.other_light);
+  if (const auto* known = me.patches.Find(key)) return *known;
   std::shared_ptr<const Patch> result = Exactly(me.PoseOf(node));
-  me.patches.Insert(node.Key(), result);
+  me.patches.Insert(key, result);
   return result;
 }
 
@@ -138,18 +193,7 @@ void MapPatches::Impl::DrawPlane(const mosaic::ViewPlacement& placement,
   content.create(size, CV_8UC1);
   // The window of the mosaic around the view, with room for the interpolation.
   constexpr double kMarginPx = 4;
-  const cv::Rect2d bounds = placement.Bounds();
-  const auto column = [&](double x) {
-    return static_cast<int>(
-        std::clamp((x - grid.min_x) / grid.resolution, 0.0, 1.0 * grid.width_px));
-  };
-  const auto row = [&](double y) {
-    return static_cast<int>(
-        std::clamp((grid.max_y - y) / grid.resolution, 0.0, 1.0 * grid.height_px));
-  };
-  const double margin = kMarginPx * grid.resolution;
-  const cv::Rect window(cv::Point(column(bounds.x - margin), row(bounds.br().y + margin)),
-                        cv::Point(column(bounds.br().x + margin), row(bounds.y - margin)));
+  const cv::Rect window = WindowOf(placement.Bounds(), kMarginPx * grid.resolution);
   if (window.empty()) {
     content.setTo(0);
     return;
@@ -157,6 +201,7 @@ void MapPatches::Impl::DrawPlane(const mosaic::ViewPlacement& placement,
   cv::Mat seen;
   cv::Mat alpha;
   map.ReadMosaic(window, seen, alpha);
+  if (other_light) DrawLooks(window, seen);
   // For a camera of lower resolution, means of the map's pixels are used.
   const int factor =
       std::max(1, static_cast<int>(std::lround(view.MetresPerPixel() / grid.resolution)));
@@ -189,10 +234,7 @@ void MapPatches::Impl::DrawPlane(const mosaic::ViewPlacement& placement,
 
 cv::Mat MapPatches::Draw(const Pose2& T_map_base, cv::Mat& grey, cv::Mat& mask) const {
   Impl& me = *impl_;
-  const mosaic::ViewPlacement placement(T_map_base * me.view.T_base_view(),
-                                        me.view.Size(),
-                                        me.view.MetresPerPixel(),
-                                        PrincipalOf(me.view));
+  const mosaic::ViewPlacement placement = me.PlacementAt(T_map_base);
   cv::Mat ratios;
   if (me.depth != nullptr && me.depth->HasDepth()) {
     ratios = me.depth->Ratios(placement);

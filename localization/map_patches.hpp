@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "calib/ceiling_view.hpp"
 #include "localization/depth_drawing.hpp"
@@ -33,11 +34,19 @@ class MapPatches {
   /// @param map, view, depth, registrar  Must outlive the object.
   /// @param view  View of the robot being localized, in the map's unit of length.
   /// @param depth  of the same view; nullptr: the ceiling is taken to be one plane.
+  /// @param looks  of the map, in another light. Not used on a map with heights.
   MapPatches(const store::MapReader& map,
              const calib::CeilingView& view,
              registration::Registrar& registrar,
-             const DepthDrawing* depth = nullptr);
+             const DepthDrawing* depth = nullptr,
+             std::vector<store::Look> looks = {});
   ~MapPatches();
+
+  /// In which light patches are drawn from now on: that of the mosaic, or that of the looks.
+  void SetOtherLight(bool other);
+  [[nodiscard]] bool IsOtherLight() const;
+  /// Whether the view from this pose looks otherwise in the other light.
+  [[nodiscard]] bool DependsOnLight(const Pose2& T_map_base) const;
 
   /// The patch whose lattice point is nearest to a pose; null where too little is mapped.
   [[nodiscard]] std::shared_ptr<const Patch> Near(const Pose2& T_map_base);

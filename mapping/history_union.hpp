@@ -19,7 +19,7 @@ struct PartHistory {
 /// Sessions and changes get new numbers: sessions by their dates, those of one part in their order;
 /// a single part keeps its numbers.
 /// @param united  its keyframes, in its frame. Changes of parts of which it has no keyframe are
-/// left out.
+/// left out; looks too, because the mosaic is drawn anew.
 store::MapHistory UniteHistories(std::vector<PartHistory> parts, const graph::MapGraph& united);
 
 }  // namespace ceilmap::mapping

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "calib/base/error.hpp"
 #include "calib/base/field_check.hpp"
@@ -12,6 +13,7 @@
 #include "mapping/change/change_evidence.hpp"
 #include "mapping/change/change_regions.hpp"
 #include "mapping/change/history_update.hpp"
+#include "mapping/change/light_looks.hpp"
 #include "mapping/change/map_refresh.hpp"
 #include "mapping/change/view_comparison.hpp"
 #include "mapping/mosaic/height_map.hpp"
@@ -135,12 +137,9 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
   session.frames = me.frames;
   session.placed = me.placed;
   const store::MapReader& map = me.revision.Map();
-  change::SessionOutcome outcome = change::DecideChanges(me.evidence,
-                                                         change::FindChanges(me.evidence),
-                                                         map.Grid(),
-                                                         map.ReadHistory(),
-                                                         std::move(session),
-                                                         me.options.at_once);
+  const std::vector<change::ChangedRegion> regions = change::FindChanges(me.evidence);
+  change::SessionOutcome outcome = change::DecideChanges(
+      me.evidence, regions, map.Grid(), map.ReadHistory(), std::move(session), me.options.at_once);
   me.CheckBelongs(outcome);
   me.report.views = me.evidence.Views();
   me.report.confirmed = outcome.confirmed;
@@ -149,6 +148,8 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
   me.report.keyframes =
       change::RefreshMap(me.evidence, outcome.fresh, me.heights, me.revision, me.options.threads)
           .keyframes;
+  outcome.history.looks = change::UpdateLooks(
+      std::move(outcome.history.looks), me.evidence, regions, outcome.fresh, me.report.session.id);
   me.revision.SetHistory(outcome.history);
   if (me.options.max_bytes) {
     me.report.retirement =

@@ -52,6 +52,7 @@ class Decision {
            bool at_once)
       : evidence_(evidence), grid_(grid), session_(session), at_once_(at_once) {
     outcome_.history.sessions = std::move(history.sessions);
+    outcome_.history.looks = std::move(history.looks);
     for (Change& change : history.changes) {
       next_id_ = std::max(next_id_, change.id + 1);
       Cells cells = CellsIn(change.polygons, grid);

@@ -134,6 +134,9 @@ store::MapHistory HistorySince(const store::MapHistory& history, const std::stri
     needed.insert({change.first_session, change.last_session});
     kept.changes.push_back(change);
   }
+  // Looks are what the ceiling is like in another light, not what it was.
+  kept.looks = history.looks;
+  for (const store::Look& look : kept.looks) needed.insert(look.session);
   for (const store::Session& session : history.sessions) {
     if (!old.contains(session.id) || needed.contains(session.id)) kept.sessions.push_back(session);
   }

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
+#include "calib/base/error.hpp"
+#include "mapping/store/image_codec.hpp"
 #include "mapping/store/map_tables.hpp"
 #include "mapping/store/table_rows.hpp"
 
@@ -89,6 +92,14 @@ OGRLayer* CreateChanges(GDALDataset& dataset, OGRSpatialReference& srs) {
   return done ? layer : nullptr;
 }
 
+OGRLayer* CreateLooks(GDALDataset& dataset) {
+  OGRLayer* layer = CreateTable(dataset, kLooks, nullptr, wkbNone, "id");
+  const bool done = layer != nullptr && AddField(*layer, "session", OFTInteger64) &&
+                    AddField(*layer, "x_px", OFTInteger64) &&
+                    AddField(*layer, "y_px", OFTInteger64) && AddField(*layer, kPng, OFTBinary);
+  return done ? layer : nullptr;
+}
+
 bool Append(OGRLayer& layer, const Session& session) {
   const OGRFeatureUniquePtr row = NewRow(layer);
   row->SetFID(session.id);
@@ -118,17 +129,35 @@ bool Append(OGRLayer& layer, const Change& change) {
   return AddRow(layer, *row);
 }
 
+bool Append(OGRLayer& layer, const Look& look) {
+  const OGRFeatureUniquePtr row = NewRow(layer);
+  row->SetFID(look.id);
+  row->SetField("session", static_cast<GIntBig>(look.session));
+  row->SetField("x_px", static_cast<GIntBig>(look.origin_px.x));
+  row->SetField("y_px", static_cast<GIntBig>(look.origin_px.y));
+  const std::vector<unsigned char> png = EncodeImage(look.image);
+  SetBytes(*row, kPng, png.data(), png.size());
+  return AddRow(layer, *row);
+}
+
 }  // namespace
 
 bool AddHistory(GDALDataset& dataset, OGRSpatialReference& srs, const MapHistory& history) {
   OGRLayer* sessions = CreateSessions(dataset);
   OGRLayer* changes = CreateChanges(dataset, srs);
-  if (sessions == nullptr || changes == nullptr) return false;
+  // Only where another light was seen.
+  OGRLayer* looks = history.looks.empty() ? nullptr : CreateLooks(dataset);
+  if (sessions == nullptr || changes == nullptr || (looks == nullptr && !history.looks.empty())) {
+    return false;
+  }
   return std::all_of(history.sessions.begin(),
                      history.sessions.end(),
                      [&](const Session& session) { return Append(*sessions, session); }) &&
-         std::all_of(history.changes.begin(), history.changes.end(), [&](const Change& change) {
-           return Append(*changes, change);
+         std::all_of(history.changes.begin(),
+                     history.changes.end(),
+                     [&](const Change& change) { return Append(*changes, change); }) &&
+         std::all_of(history.looks.begin(), history.looks.end(), [&](const Look& look) {
+           return Append(*looks, look);
          });
 }
 
@@ -162,6 +191,28 @@ Change ToChange(OGRFeature& row) {
   change.area = AreaOf(row, "area");
   change.polygons = PolygonsOf(row);
   return change;
+}
+
+Look ToLook(OGRFeature& row) {
+  constexpr std::int64_t kMaxPx = 1 << 24;
+  Look look;
+  look.id = row.GetFID();
+  look.session = CountOf(row, "session");
+  const std::int64_t x = Integer(row, "x_px");
+  const std::int64_t y = Integer(row, "y_px");
+  if (x < 0 || y < 0 || x > kMaxPx || y > kMaxPx || x % Look::kSizePx != 0 ||
+      y % Look::kSizePx != 0) {
+    ThrowDamaged(row, "a look at an impossible place");
+  }
+  look.origin_px = {static_cast<int>(x), static_cast<int>(y)};
+  const Bytes png = BytesOf(row, kPng);
+  if (png.data == nullptr || png.size <= 0) ThrowDamaged(row, "a look without an image");
+  try {
+    look.image = DecodeImage({png.data, png.data + png.size}, {Look::kSizePx, Look::kSizePx});
+  } catch (const InputError& error) {
+    ThrowDamaged(row, error.what());
+  }
+  return look;
 }
 
 }  // namespace tables

@@ -8,12 +8,14 @@
 /// because it uses GDAL.
 namespace ceilmap::store::tables {
 
-/// Adds both tables with their rows; false when GDAL fails (the GdalScope has the reason).
+/// Adds the tables of the history with their rows; false when GDAL fails (the GdalScope has the
+/// reason).
 bool AddHistory(GDALDataset& dataset, OGRSpatialReference& srs, const MapHistory& history);
 
 /// The inverse. @throws InputError (without the file's name) for a missing column and for invalid
 /// values.
 Session ToSession(OGRFeature& row);
 Change ToChange(OGRFeature& row);
+Look ToLook(OGRFeature& row);
 
 }  // namespace ceilmap::store::tables

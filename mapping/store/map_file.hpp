@@ -197,6 +197,8 @@ class MapReader {
   [[nodiscard]] std::vector<LeftOut> ReadLeftOut() const;
   /// Empty for a map that was never updated.
   [[nodiscard]] MapHistory ReadHistory() const;
+  /// Of the history: the looks in another light.
+  [[nodiscard]] std::vector<Look> ReadLooks() const;
   [[nodiscard]] const graph::MapQuality& Quality() const;
   /// All of these. @throws InputError also when they are inconsistent (an edge or a frame refers to
   /// a missing keyframe).

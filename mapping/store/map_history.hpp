@@ -53,10 +53,21 @@ struct Change {
 const char* ToString(Change::Kind kind);
 const char* ToString(Change::State state);
 
+/// Part of the mosaic as it looks in another light, where it looks otherwise: lamps that are off at
+/// night. Drawn over the mosaic it gives the ceiling in that light.
+struct Look {
+  static constexpr int kSizePx = 256;
+  std::int64_t id = 0;
+  std::int64_t session = 0;  ///< the last one that drew into it
+  cv::Point origin_px;       ///< upper left corner in the mosaic, multiples of kSizePx
+  cv::Mat image;             ///< CV_8UC1, kSizePx square; 0: as in the mosaic
+};
+
 /// What happened to a map since it was made: empty for a map that was never updated.
 struct MapHistory {
   std::vector<Session> sessions;  ///< by id
   std::vector<Change> changes;    ///< by id
+  std::vector<Look> looks;        ///< by id; of places that differ only
 };
 
 }  // namespace ceilmap::store

@@ -273,7 +273,17 @@ MapHistory MapReader::ReadHistory() const {
     if (!impl_->Has(tables::kSessions) || !impl_->Has(tables::kChanges)) return {};
   }
   return {impl_->ReadAll<Session>(tables::kSessions, tables::ToSession),
-          impl_->ReadAll<Change>(tables::kChanges, tables::ToChange)};
+          impl_->ReadAll<Change>(tables::kChanges, tables::ToChange),
+          ReadLooks()};
+}
+
+std::vector<Look> MapReader::ReadLooks() const {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    const GdalScope gdal;
+    if (!impl_->Has(tables::kLooks)) return {};
+  }
+  return impl_->ReadAll<Look>(tables::kLooks, tables::ToLook);
 }
 
 const graph::MapQuality& MapReader::Quality() const {

@@ -273,7 +273,8 @@ void MapRevision::SetHistory(const MapHistory& history) {
   const GdalScope gdal;
   GDALDataset& dataset = *impl_->dataset;
   impl_->Check(gdal,
-               RemoveLayer(dataset, tables::kSessions) && RemoveLayer(dataset, tables::kChanges));
+               RemoveLayer(dataset, tables::kSessions) && RemoveLayer(dataset, tables::kChanges) &&
+                   RemoveLayer(dataset, tables::kLooks));
   OGRSpatialReference srs = LocalSrs(impl_->metadata.unit);
   impl_->Check(gdal, tables::AddHistory(dataset, srs, history));
 }

@@ -15,6 +15,7 @@ inline constexpr char kLeftOut[] = "left_out";              ///< absent in maps 
 inline constexpr char kControlPoints[] = "control_points";  ///< only in maps that are aligned
 inline constexpr char kSessions[] = "sessions";             ///< only in maps that were updated
 inline constexpr char kChanges[] = "changes";               ///< the same
+inline constexpr char kLooks[] = "looks";                   ///< only where another light was seen
 inline constexpr char kImages[] = "keyframe_pictures";
 inline constexpr char kDescriptors[] = "place_descriptors";
 inline constexpr char kHeights[] = "keyframe_heights";  ///< absent in maps of earlier versions

@@ -46,6 +46,34 @@ TEST_F(MapPatchesTest, ShowTheViewOfTheLocalizedRobot) {
   EXPECT_LT(Difference(wider, {2.4, 2.0, 0.5}), 2.5);
 }
 
+TEST_F(MapPatchesTest, LooksAreDrawnInTheOtherLightOnly) {
+  const calib::CeilingView view(UpCamera(), synthetic::kCeiling_m);
+  registration::Registrar registrar(view.Size());
+  store::Look look;
+  look.image = cv::Mat(store::Look::kSizePx, store::Look::kSizePx, CV_8UC1, cv::Scalar(0));
+  look.image(cv::Rect(200, 200, 40, 30)).setTo(77);
+  MapPatches patches(*map_->map, view, registrar, nullptr, {look});
+  // Above the middle of the look.
+  const store::MosaicGrid& grid = map_->map->Grid();
+  const Pose2 below{grid.min_x + 220 * grid.resolution, grid.max_y - 215 * grid.resolution, 0};
+  EXPECT_TRUE(patches.DependsOnLight(below));
+  EXPECT_FALSE(patches.DependsOnLight({below.x + 10, below.y, 0}));
+  const auto shown = [&] {
+    cv::Mat grey;
+    cv::Mat mask;
+    patches.Draw(below, grey, mask);
+    return cv::countNonZero(grey == 77);
+  };
+  const int by_chance = shown();
+  patches.SetOtherLight(true);
+  // A pixel of the view is one of the mosaic.
+  EXPECT_NEAR(shown(), 40 * 30, by_chance + 150);
+  const std::shared_ptr<const Patch> other = patches.Near(below);
+  patches.SetOtherLight(false);
+  EXPECT_EQ(shown(), by_chance);
+  EXPECT_NE(patches.Near(below), other);
+}
+
 TEST_F(MapPatchesTest, ACoarseCameraGetsMeans) {
   const calib::CeilingView coarse(UpCamera(100, 0.2), synthetic::kCeiling_m);  // 24 mm a pixel
   registration::Registrar registrar(coarse.Size());

@@ -86,6 +86,7 @@ MapHistory ExampleHistory() {
   change.polygons = {{{{0, 0}, {1, 0}, {1, 1.0 / 3}}, {{0.2, 0.1}, {0.3, 0.1}, {0.3, 0.2}}},
                      {{{5, 5}, {6, 5}, {6, 6}}}};
   history.changes.push_back(change);
+  history.looks.push_back({1, 2, {256, 0}, synthetic::Image(5, {Look::kSizePx, Look::kSizePx})});
   return history;
 }
 
@@ -174,6 +175,43 @@ TEST_F(MapRevisionTest, HistoryIsReadBackToTheLastBit) {
   EXPECT_EQ(change.last_session, 2);
   EXPECT_EQ(change.difference, 1.0 / 3);
   EXPECT_EQ(change.polygons, expected.changes[0].polygons);
+  ASSERT_EQ(history.looks.size(), 1U);
+  EXPECT_EQ(history.looks[0].session, 2);
+  EXPECT_EQ(history.looks[0].origin_px, cv::Point(256, 0));
+  EXPECT_TRUE(synthetic::Same(history.looks[0].image, expected.looks[0].image));
+}
+
+TEST_F(MapRevisionTest, LooksCanBeRemoved) {
+  const auto file = folder_ / "map.gpkg";
+  MapHistory history = ExampleHistory();
+  for (int time = 0; time < 2; ++time) {
+    MapRevision revision(file, file, "update");
+    revision.SetHistory(history);
+    revision.Commit();
+    EXPECT_EQ(MapReader(file).ReadLooks().size(), history.looks.size());
+    history.looks.clear();
+  }
+}
+
+TEST_F(MapRevisionTest, DamagedLooksAreRefused) {
+  const auto file = folder_ / "map.gpkg";
+  const auto write = [&](const cv::Point& origin, const cv::Size& size) {
+    MapHistory history = ExampleHistory();
+    history.looks[0].origin_px = origin;
+    history.looks[0].image = synthetic::Image(5, size);
+    MapRevision revision(file, file, "update");
+    revision.SetHistory(history);
+    revision.Commit();
+  };
+  const cv::Size size(Look::kSizePx, Look::kSizePx);
+  write({256, 512}, size);
+  EXPECT_EQ(MapReader(file).ReadLooks().size(), 1U);
+  write({256, 512}, {64, 64});
+  EXPECT_THROW((void)MapReader(file).ReadLooks(), InputError);
+  write({256, 100}, size);
+  EXPECT_THROW((void)MapReader(file).ReadLooks(), InputError);
+  write({-256, 0}, size);
+  EXPECT_THROW((void)MapReader(file).ReadLooks(), InputError);
 }
 
 TEST_F(MapRevisionTest, AWindowOfTheMosaicAndItsPyramid) {
