@@ -1,10 +1,8 @@
 #include "mapping/change/map_refresh.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <thread>
 #include <utility>
@@ -228,19 +226,31 @@ RefreshReport RefreshMap(const ChangeEvidence& evidence,
   const std::vector<mosaic::ViewPlacement> views = mosaic::PlaceViews(keyframes, map.Metadata());
   const int workers =
       std::max(1, threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
-  std::mutex writing;
-  std::atomic<std::size_t> next = 0;
-  ParallelFor(workers, workers, [&](int /*worker*/) {
-    KeyframeRefresher refresher(map, fresh, heights);
-    for (std::size_t i = next++; i < views.size(); i = next++) {
-      cv::Mat image;
-      cv::Mat descriptors;
-      if (!refresher.Refresh(keyframes[i], views[i], image, descriptors)) continue;
-      const std::lock_guard lock(writing);
-      revision.ReplaceImage(keyframes[i].id, image, descriptors);
+  std::vector<KeyframeRefresher> refreshers;
+  refreshers.reserve(static_cast<std::size_t>(workers));
+  for (int i = 0; i < workers; ++i) refreshers.emplace_back(map, fresh, heights);
+  // Written in their order, so that the bytes of the file do not depend on the threads.
+  struct Renewed {
+    bool any = false;
+    cv::Mat image;
+    cv::Mat descriptors;
+  };
+  std::vector<Renewed> renewed(refreshers.size());
+  for (std::size_t first = 0; first < views.size(); first += renewed.size()) {
+    const std::size_t count = std::min(renewed.size(), views.size() - first);
+    ParallelFor(static_cast<int>(count), workers, [&](int k) {
+      const auto i = static_cast<std::size_t>(k);
+      Renewed& to = renewed[i];
+      to = {};
+      to.any =
+          refreshers[i].Refresh(keyframes[first + i], views[first + i], to.image, to.descriptors);
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!renewed[i].any) continue;
+      revision.ReplaceImage(keyframes[first + i].id, renewed[i].image, renewed[i].descriptors);
       ++report.keyframes;
     }
-  });
+  }
   return report;
 }
 
