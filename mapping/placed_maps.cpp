@@ -13,10 +13,10 @@
 namespace ceilmap::mapping {
 namespace {
 
-using PosesById = std::unordered_map<std::int64_t, graph::FramePose>;
+using FramePoses = std::unordered_map<std::int64_t, graph::FramePose>;
 
-PosesById PosesOf(const std::vector<graph::Keyframe>& keyframes) {
-  PosesById poses;
+FramePoses FramePosesOf(const std::vector<graph::Keyframe>& keyframes) {
+  FramePoses poses;
   for (const graph::Keyframe& keyframe : keyframes) poses[keyframe.id] = keyframe.pose;
   return poses;
 }
@@ -28,7 +28,7 @@ bool IsSame(const graph::FramePose& a, const graph::FramePose& b) {
 
 /// Whether one map is a copy of the other, of which keyframes may be missing.
 bool HaveOneFrame(const std::vector<graph::Keyframe>& a, const std::vector<graph::Keyframe>& b) {
-  const PosesById known = PosesOf(a);
+  const FramePoses known = FramePosesOf(a);
   const auto same = static_cast<std::size_t>(
       std::count_if(b.begin(), b.end(), [&known](const graph::Keyframe& keyframe) {
         const auto there = known.find(keyframe.id);
@@ -77,8 +77,8 @@ PlacedKeyframes PlacedOn(const NamedMap& a, const NamedMap& b) {
         fmt::format("{} and {} cannot be compared: {}", a.name, b.name, match.result.reason));
   }
   const std::vector<graph::Edge>& edges = match.result.edges;
-  const PosesById poses_a = PosesOf(keyframes_a);
-  const PosesById poses_b = PosesOf(placed.keyframes);
+  const FramePoses poses_a = FramePosesOf(keyframes_a);
+  const FramePoses poses_b = FramePosesOf(placed.keyframes);
   std::vector<Pose2> T_a_from;
   std::vector<Pose2> T_b_to;
   T_a_from.reserve(edges.size());
