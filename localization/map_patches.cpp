@@ -117,9 +117,6 @@ MapPatches::~MapPatches() = default;
 void MapPatches::SetOtherLight(bool other) {
   impl_->other_light = other;
 }
-bool MapPatches::IsOtherLight() const {
-  return impl_->other_light;
-}
 
 bool MapPatches::DependsOnLight(const Pose2& T_map_base) const {
   const Impl& me = *impl_;

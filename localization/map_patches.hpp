@@ -44,7 +44,6 @@ class MapPatches {
 
   /// In which light patches are drawn from now on: that of the mosaic, or that of the looks.
   void SetOtherLight(bool other);
-  [[nodiscard]] bool IsOtherLight() const;
   /// Whether the view from this pose looks otherwise in the other light.
   [[nodiscard]] bool DependsOnLight(const Pose2& T_map_base) const;
 

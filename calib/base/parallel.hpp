@@ -9,6 +9,12 @@
 
 namespace ceilmap {
 
+/// A number of threads as options state it. @param threads  0: as many as the machine has cores.
+inline int ThreadsFor(int threads) {
+  const int cores = static_cast<int>(std::thread::hardware_concurrency());
+  return std::max(1, threads > 0 ? threads : cores);
+}
+
 /// Runs work(0) .. work(count - 1) on up to `threads` threads, including the calling one. Each
 /// index runs once, in no particular order. Rethrows the first exception, after which no further
 /// index is started.

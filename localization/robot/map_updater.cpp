@@ -22,11 +22,6 @@
 namespace ceilmap::robot {
 namespace {
 
-mosaic::HeightMap HeightsOf(const store::MapReader& map, int threads) {
-  if (!map.HasHeights()) return {};
-  return {map.ReadKeyframes(), map.Metadata(), threads};
-}
-
 /// Whether a pose is exact enough for pixels to be compared.
 bool IsExact(const Estimate& estimate, const localization::SeenCeiling& seen) {
   constexpr double kMaxSigmaPx = 2;
@@ -55,7 +50,7 @@ struct MapUpdater::Impl {
       : options(update_options),
         name(map),
         revision(map, output, provenance),
-        heights(HeightsOf(revision.Map(), update_options.threads)),
+        heights(change::HeightsOf(revision.Map(), update_options.threads)),
         comparer(revision.Map(), heights),
         evidence(change::CellsOf(revision.Map().Grid())) {}
 

@@ -68,7 +68,7 @@ KeyframeCover::KeyframeCover(const std::vector<graph::Keyframe>& keyframes,
 }
 
 void KeyframeCover::FindOverlaps() {
-  witnesses_.resize(cells_.size());
+  kept_witnesses_.resize(cells_.size(), 0);
   witness_of_.resize(cells_.size());
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     std::map<std::size_t, std::size_t> shared;
@@ -78,10 +78,9 @@ void KeyframeCover::FindOverlaps() {
     const double needed = options_.min_overlap * static_cast<double>(cells_[i].size());
     for (const auto& [other, cells] : shared) {
       if (other == i || static_cast<double>(cells) < needed) continue;
-      witnesses_[i].push_back(other);
+      ++kept_witnesses_[i];
       witness_of_[other].push_back(i);
     }
-    kept_witnesses_.push_back(static_cast<int>(witnesses_[i].size()));
   }
 }
 

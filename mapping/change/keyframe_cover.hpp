@@ -45,9 +45,8 @@ class KeyframeCover {
   KeyframeCoverOptions options_;
   std::vector<std::vector<std::int64_t>> cells_;                         // of each keyframe
   std::unordered_map<std::int64_t, std::vector<std::size_t>> shown_by_;  // those not retired
-  std::vector<std::vector<std::size_t>> witnesses_;  // others that show enough of a keyframe
-  std::vector<std::vector<std::size_t>> witness_of_;
-  std::vector<int> kept_witnesses_;
+  std::vector<std::vector<std::size_t>> witness_of_;  // the others of which one shows enough
+  std::vector<int> kept_witnesses_;                   // those that show enough of a keyframe
   std::vector<bool> retired_;
 };
 

@@ -1,7 +1,6 @@
 #include "mapping/change/map_difference.hpp"
 
 #include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "calib/base/error.hpp"
@@ -9,7 +8,6 @@
 #include "mapping/change/change_evidence.hpp"
 #include "mapping/change/change_regions.hpp"
 #include "mapping/change/view_comparison.hpp"
-#include "mapping/mosaic/height_map.hpp"
 
 namespace ceilmap::change {
 namespace {
@@ -31,9 +29,7 @@ ChangeEvidence EvidenceOf(const store::MapReader& before,
                           const store::MapReader& after,
                           const std::vector<graph::Keyframe>& keyframes,
                           int threads) {
-  const mosaic::HeightMap heights =
-      before.HasHeights() ? mosaic::HeightMap(before.ReadKeyframes(), before.Metadata(), threads)
-                          : mosaic::HeightMap();
+  const mosaic::HeightMap heights = HeightsOf(before, threads);
   const store::MapMetadata& metadata = after.Metadata();
   const std::vector<mosaic::ViewPlacement> placements = mosaic::PlaceViews(keyframes, metadata);
   std::vector<ViewComparer> comparers;
@@ -66,9 +62,7 @@ MapDifference CompareMaps(const store::MapReader& before,
                           const std::vector<graph::Keyframe>& keyframes,
                           int threads) {
   if (before.Grid().width_px == 0) throw InputError("the earlier map has no mosaic");
-  const int workers =
-      std::max(1, threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
-  const ChangeEvidence evidence = EvidenceOf(before, after, keyframes, workers);
+  const ChangeEvidence evidence = EvidenceOf(before, after, keyframes, ThreadsFor(threads));
   MapDifference result;
   result.views = evidence.Views() / 2;
   result.other_light = evidence.OtherLight();

@@ -7,7 +7,6 @@
 #include <cctype>
 #include <set>
 #include <string_view>
-#include <thread>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -17,7 +16,6 @@
 #include "calib/base/parallel.hpp"
 #include "mapping/change/view_comparison.hpp"
 #include "mapping/graph/keyframe_removal.hpp"
-#include "mapping/mosaic/height_map.hpp"
 #include "mapping/mosaic/view_placement.hpp"
 
 namespace ceilmap::change {
@@ -54,11 +52,6 @@ double AgreementOf(const ViewComparison& compared) {
   return same + differ == 0 ? 1 : static_cast<double>(same) / (same + differ);
 }
 
-int WorkersFor(int threads) {
-  const int cores = static_cast<int>(std::thread::hardware_concurrency());
-  return std::max(1, threads > 0 ? threads : cores);
-}
-
 /// How well keyframes agree with the mosaic, 0..1, in the order of `which`.
 std::vector<double> Agreements(const store::MapReader& map,
                                const std::vector<graph::Keyframe>& keyframes,
@@ -67,10 +60,9 @@ std::vector<double> Agreements(const store::MapReader& map,
   std::vector<double> agreements(which.size(), 1);
   if (map.Grid().width_px == 0) return agreements;
   const store::MapMetadata& metadata = map.Metadata();
-  const mosaic::HeightMap heights =
-      map.HasHeights() ? mosaic::HeightMap(keyframes, metadata, threads) : mosaic::HeightMap();
+  const mosaic::HeightMap heights = HeightsOf(map, threads);
   const std::vector<mosaic::ViewPlacement> views = mosaic::PlaceViews(keyframes, metadata);
-  const int workers = WorkersFor(threads);
+  const int workers = ThreadsFor(threads);
   std::atomic<std::size_t> next = 0;
   ParallelFor(workers, workers, [&](int /*worker*/) {
     ViewComparer comparer(map, heights);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
-#include <thread>
 #include <utility>
 
 #include "calib/base/parallel.hpp"
@@ -224,8 +223,7 @@ RefreshReport RefreshMap(const ChangeEvidence& evidence,
   const store::MapReader& map = revision.Map();
   const std::vector<graph::Keyframe> keyframes = map.ReadKeyframes();
   const std::vector<mosaic::ViewPlacement> views = mosaic::PlaceViews(keyframes, map.Metadata());
-  const int workers =
-      std::max(1, threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
+  const int workers = ThreadsFor(threads);
   std::vector<KeyframeRefresher> refreshers;
   refreshers.reserve(static_cast<std::size_t>(workers));
   for (int i = 0; i < workers; ++i) refreshers.emplace_back(map, fresh, heights);

@@ -45,6 +45,11 @@ double VarianceOf(const cv::Mat& image) {
 
 }  // namespace
 
+mosaic::HeightMap HeightsOf(const store::MapReader& map, int threads) {
+  if (!map.HasHeights()) return {};
+  return {map.ReadKeyframes(), map.Metadata(), threads};
+}
+
 ViewComparer::ViewComparer(const store::MapReader& map, const mosaic::HeightMap& heights)
     : map_(map), heights_(heights) {}
 

@@ -37,6 +37,10 @@ struct ViewComparison {
   int lamps_differ = 0;   ///< cells with a lit lamp in one of the two
 };
 
+/// The heights of a map, for ViewComparer; empty where the map has none.
+/// @param threads  0: as many as the machine has cores.
+mosaic::HeightMap HeightsOf(const store::MapReader& map, int threads);
+
 /// Compares images of known pose with the mosaic of a map. Both are smoothed a little, so that
 /// noise, and a sharper lens, count less. About 10 ms for 640 x 480 pixels. Contains scratch
 /// memory: one object per thread.
