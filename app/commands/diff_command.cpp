@@ -38,7 +38,6 @@ void RunDiff(const DiffOptions& options, const CommonOptions& common, terminal::
         options.report, {{"index.html", page::WritePage(reports::DifferencePage(compared))}});
     summary.files.insert(summary.files.end(), written.begin(), written.end());
   }
-  summary.frames = compared.difference.views;
   summary.quality["difference"] = reports::ToJson(compared);
   if (common.quiet) return;
   fmt::print("{}", reports::FactsOf(compared).Format(terminal::Table::Numbers::kLeft));
@@ -62,9 +61,10 @@ Command AddDiffCommand(CLI::App& program) {
   cli.add_option("before", options->before, "The earlier map, with a mosaic")
       ->required()
       ->type_name("BEFORE.gpkg");
-  cli.add_option("after",
-                 options->after,
-                 "The later map; an update of the earlier one, or of another recording or camera")
+  cli.add_option(
+         "after",
+         options->after,
+         "The later map, with a mosaic; an update of the earlier one, or of another recording")
       ->required()
       ->type_name("AFTER.gpkg");
   cli.add_option("-o,--output",

@@ -41,9 +41,7 @@ terminal::Table FactsOf(const ComparedMaps& compared) {
                 compared.placed.same_frame
                     ? "the keyframes that both maps have"
                     : fmt::format("{} measurements between the maps", compared.placed.edges)});
-  table.AddRow(
-      {"compared",
-       fmt::format("{} keyframes, {:.1f} {}^2", difference.views, difference.compared_area, unit)});
+  table.AddRow({"compared", fmt::format("{:.1f} {}^2", difference.compared_area, unit)});
   if (difference.other_light)
     table.AddRow({"light", "most lamps are not as the first map shows them"});
   table.AddRow(
@@ -56,15 +54,14 @@ terminal::Table FactsOf(const ComparedMaps& compared) {
 ReportTable DifferenceTable(const change::MapDifference& difference, const std::string& unit) {
   ReportTable table;
   table.title = "changes";
-  table.columns = {"change", "kind", "x", "y", unit + "^2", "keyframes"};
+  table.columns = {"change", "kind", "x", "y", unit + "^2"};
   for (const store::Change& change : difference.changes) {
     const cv::Point2d middle = MiddleOf(change);
     table.rows.push_back({fmt::format("{}", change.id),
                           store::ToString(change.kind),
                           fmt::format("{:.2f}", middle.x),
                           fmt::format("{:.2f}", middle.y),
-                          fmt::format("{:.2f}", change.area),
-                          fmt::format("{}", change.frames)});
+                          fmt::format("{:.2f}", change.area)});
   }
   return table;
 }
@@ -74,7 +71,6 @@ nlohmann::ordered_json ToJson(const ComparedMaps& compared) {
   const Pose2& T = compared.placed.T_a_b;
   return {{"same_frame", compared.placed.same_frame},
           {"T_before_after", {{"x", T.x}, {"y", T.y}, {"yaw_rad", T.yaw}}},
-          {"keyframes_compared", difference.views},
           {"compared_area", difference.compared_area},
           {"changed_area", difference.changed_area},
           {"other_light", difference.other_light},
@@ -82,18 +78,17 @@ nlohmann::ordered_json ToJson(const ComparedMaps& compared) {
 }
 
 std::string DifferenceCsv(const change::MapDifference& difference) {
-  std::string csv = "id,kind,x,y,area,difference,keyframes,wkt\n";
+  std::string csv = "id,kind,x,y,area,difference,wkt\n";
   for (const store::Change& change : difference.changes) {
     const cv::Point2d middle = MiddleOf(change);
     fmt::format_to(std::back_inserter(csv),
-                   "{},{},{:.3f},{:.3f},{:.4f},{:.3f},{},\"{}\"\n",
+                   "{},{},{:.3f},{:.3f},{:.4f},{:.3f},\"{}\"\n",
                    change.id,
                    store::ToString(change.kind),
                    middle.x,
                    middle.y,
                    change.area,
                    change.difference,
-                   change.frames,
                    WktOf(change.polygons));
   }
   return csv;

@@ -24,7 +24,7 @@ terminal::Table FactsOf(const ComparedMaps& compared);
 /// The changes, a row each. @param unit  of the first map.
 ReportTable DifferenceTable(const change::MapDifference& difference, const std::string& unit);
 nlohmann::ordered_json ToJson(const ComparedMaps& compared);
-/// The changes as CSV: id,kind,x,y,area,difference,keyframes,wkt, in the frame of the first map.
+/// The changes as CSV: id,kind,x,y,area,difference,wkt, in the frame of the first map.
 std::string DifferenceCsv(const change::MapDifference& difference);
 /// A page with both mosaics on the two sides of a divider, and the changes.
 /// @throws InputError as MapReader.

@@ -57,7 +57,7 @@ TEST_F(DiffCommand, ABannerOnTheMapOfAnotherRecording) {
   EXPECT_THAT(result.out, HasSubstr("measurements between the maps"));
   EXPECT_THAT(support::NamesIn(test_.out / "page"), UnorderedElementsAre("index.html"));
   const std::string csv = support::ReadAll(test_.out / "c.csv");
-  EXPECT_THAT(csv, HasSubstr("id,kind,x,y,area,difference,keyframes,wkt\n1,surface,"));
+  EXPECT_THAT(csv, HasSubstr("id,kind,x,y,area,difference,wkt\n1,surface,"));
   EXPECT_THAT(csv, HasSubstr("\"MULTIPOLYGON((("));
   EXPECT_THAT(csv, Not(HasSubstr("\n2,")));
   EXPECT_NEAR(Summary().at("changed_area"), 0.3, 0.15);
