@@ -169,7 +169,7 @@ bool GlobalSearch::Move(const LevelFrame& frame,
   new_keyframe_ = step && step->new_keyframe;
   const double unplaced_s = stamp_s - last_placed_s_.value_or(*begin_s_);
   constexpr double kClearRatio = 0.6;
-  result.elsewhere = step && step->inlier_ratio > kClearRatio;
+  result.elsewhere = step && !step->weak && step->inlier_ratio > kClearRatio;
   const bool shows = step || chain_.Began() || hypotheses_.Follows();
   if (wheels) {
     MoveByWheels(frame, step, *wheels, unplaced_s);

@@ -33,6 +33,8 @@ constexpr mapping::EdgeNoise kMatchNoise{0.012, 3e-5};
 constexpr double kMaxCorrectedSigmaPx = 8;
 // ... and this part of the blocks agrees. At wrong places it was up to 0.08.
 constexpr double kMinCorrectedInliers = 0.2;
+// ... or where the evidence of all blocks is so many times that of chance.
+constexpr double kMinCorrectedPeaks = 1.5;
 
 /// The camera's view when everything that it sees is `scale` times as large as the rig implies, in
 /// pixels.
@@ -311,9 +313,10 @@ std::optional<MapMatch> MapMatcher::CorrectNear(const PoseWithCovariance& expect
   match.blocks = found.blocks;
   match.corrected = true;
   // An expectation may be exact without the image, also where the robot is no longer.
-  match.sure = match.inliers >= kMinCorrectedInliers * match.blocks &&
-               PositionSigma(WithTilt(match.pose).covariance) <
-                   kMaxCorrectedSigmaPx * view_.MetresPerPixel();
+  const bool supported = match.inliers >= kMinCorrectedInliers * match.blocks ||
+                         found.peak > kMinCorrectedPeaks * found.runner_up;
+  match.sure = supported && PositionSigma(WithTilt(match.pose).covariance) <
+                                kMaxCorrectedSigmaPx * view_.MetresPerPixel();
   return match;
 }
 

@@ -84,6 +84,7 @@ std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
   }
   const registration::Registration& found = step.registration;
   if (found.blocks > 0) result.inlier_ratio = static_cast<double>(found.inliers) / found.blocks;
+  result.weak = found.jointly;
   result.new_keyframe = step.new_keyframe.has_value();
   result.disambiguated_by_prior = step.registration.disambiguated_by_prior;
   return result;

@@ -36,6 +36,9 @@ struct ChainStep {
   bool new_keyframe = false;
   /// Fraction of the blocks that agree, 0..1.
   double inlier_ratio = 0;
+  /// Only all blocks together showed the motion (Registration::jointly): in another light, or with
+  /// more noise, such an image may show nothing.
+  bool weak = false;
 };
 
 /// The robot's own motion, from frame to frame, while its pose on the map is unknown. It moves the

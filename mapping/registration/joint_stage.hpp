@@ -51,7 +51,9 @@ class JointStage {
   /// posterior over the motions near the expected one. Where the images tell nothing it is the
   /// expectation. Scale 1.
   /// @param covariance  of the expectation: (tx_px, ty_px, theta_rad).
-  /// @return kOk, or kNoMatch where the images cannot be compared. `peak` as of Match.
+  /// @return kOk, or kNoMatch where the images cannot be compared. `peak` as of Match, `runner_up`:
+  /// the
+  ///   same of the best of motions that are all wrong; both 0 where the images tell nothing.
   [[nodiscard]] Registration Posterior(const Images& images,
                                        const ImageMotion& expected,
                                        const Eigen::Matrix3d& covariance);
@@ -59,6 +61,11 @@ class JointStage {
  private:
   using Lattice = EvidenceLattice;
   using Peak = EvidencePeak;
+  struct Moments {
+    double weight = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  };
 
   [[nodiscard]] ImageMotion MotionOf(int block,
                                      const heights::HeightField* known,
@@ -76,6 +83,13 @@ class JointStage {
                                             const Eigen::Vector3d& at);
   [[nodiscard]] Lattice LatticeFor(double sigma_px, double sigma_rad) const;
   [[nodiscard]] Eigen::Matrix3d FullAxes(const Lattice& lattice, const ImageMotion& start) const;
+  [[nodiscard]] std::vector<Eigen::Vector3d> Centres(const Lattice& lattice,
+                                                     double sigma_px,
+                                                     double sigma_rad) const;
+  void Accumulate(const Lattice& lattice,
+                  const Eigen::Vector3d& centre,
+                  const Eigen::Matrix3d& information,
+                  Moments& moments) const;
   [[nodiscard]] int CountAgreeing(const Lattice& lattice, const Peak& peak) const;
   [[nodiscard]] double LogPrior(const MotionPrior& prior, const ImageMotion& motion) const;
 

@@ -48,6 +48,8 @@ struct Registration {
   /// Other motions explain the images as well; only the prior selected this one (kOk) or could not
   /// (kAmbiguous). The images of such a place do not distinguish it from others.
   bool disambiguated_by_prior = false;
+  /// By RegisterJointly or CorrectJointly: no block of the image shows the motion by itself.
+  bool jointly = false;
 
   /// The same two parts by texture, of a registration with depth: of blocks with weak texture no
   /// more than a part can agree. Agreement of the blocks, and texture of those that agree, both as

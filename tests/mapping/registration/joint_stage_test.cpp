@@ -14,6 +14,7 @@
 #include "calib/base/degrees.hpp"
 #include "tests/mapping/registration/plain_ceiling.hpp"
 #include "tests/mapping/registration/registrar_fixture.hpp"
+#include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -224,12 +225,34 @@ TEST_F(JointRegistration, AVeryWideExpectationIsNotNarrowed) {
   // The right motion may lie outside of what is searched.
   const Predicted motion = PredictedMotion(2);
   const Pair pair = SeePlain(WeakCeiling(2, 4), motion.truth, 4, 2);
-  const MotionPrior wide{motion.prior.motion, 60, kPriorRad};
+  const MotionPrior wide{motion.prior.motion, 150, kPriorRad};
   const Registration corrected =
       registrar_.CorrectJointly(pair.reference, pair.current, wide.motion, CovarianceOf(wide));
   ASSERT_TRUE(corrected.ok());
   EXPECT_EQ(corrected.covariance(0, 0), CovarianceOf(wide)(0, 0));
   EXPECT_EQ(corrected.inliers, 0);
+}
+
+TEST_F(JointRegistration, AWideExpectationIsSearchedWhole) {
+  // Further than one lattice reaches, across and in its rotation.
+  constexpr double kWidePx = 40;
+  constexpr double kWideRad = 0.1;
+  for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+    const Predicted motion = PredictedMotion(seed);
+    const synthetic::SyntheticCeiling ceiling({.seed = seed});
+    const Pair pair =
+        See(ceiling.Render(kSize, {}, 2, 2 * seed), ceiling.Render(kSize, motion.truth, 2, seed));
+    MotionPrior wide{motion.truth, kWidePx, kWideRad};
+    wide.motion.tx_px += 1.6 * kWidePx;
+    wide.motion.theta_rad -= 1.5 * kWideRad;
+    const Registration corrected =
+        registrar_.CorrectJointly(pair.reference, pair.current, wide.motion, CovarianceOf(wide));
+    ASSERT_TRUE(corrected.ok()) << seed;
+    EXPECT_GT(corrected.peak, 2 * corrected.runner_up) << seed;
+    EXPECT_LT(ShiftError(corrected.motion, motion.truth), 5) << seed;
+    EXPECT_LT(AngleErrorDeg(corrected.motion, motion.truth), 1) << seed;
+    EXPECT_LT(std::sqrt(corrected.covariance(0, 0)), 0.6 * kWidePx) << seed;
+  }
 }
 
 TEST_F(JointRegistration, APlainCeilingCorrectsTheExpectation) {
