@@ -1,0 +1,111 @@
+#include "mapping/registration/periods.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "mapping/registration/aperiodic_part.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+constexpr double kLongest = 0.55;  // period, per shorter side: so that it is seen twice
+constexpr double kShortestPx = 10;
+constexpr std::size_t kMaxPeriods = 6;
+// Autocorrelation from which a shift is a period. Grain and lamps leave 0.18 of a grid.
+constexpr double kMinAutocorrelation = 0.12;
+// Lamps are cut off at this many typical deviations.
+constexpr double kClip = 6;
+constexpr int kNeighbourhoodPx = 9;  // in which a peak is the highest
+
+cv::Size PaddedFor(cv::Size size) {
+  return {FastFftSize(2 * size.width), FastFftSize(2 * size.height)};
+}
+
+struct Peak {
+  double rank = 0;  // height, times the root of the common area: less is by chance
+  Eigen::Vector2d shift;
+};
+
+/// Vertex of the parabola through three samples, from the middle one.
+double Vertex(double before, double at, double after) {
+  const double curvature = before - 2 * at + after;
+  return curvature < 0 ? std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5) : 0.0;
+}
+
+/// Of one half plane: an autocorrelation is symmetric.
+std::vector<Peak> PeaksOf(const cv::Mat& surface, const cv::Mat& of_window, int reach) {
+  cv::Mat highest;
+  cv::dilate(surface, highest, cv::Mat::ones(kNeighbourhoodPx, kNeighbourhoodPx, CV_8U));
+  std::vector<Peak> peaks;
+  for (int y = 0; y < reach; ++y) {
+    for (int x = y == 0 ? 1 : 1 - reach; x < reach; ++x) {
+      const int row = y + reach;
+      const int column = x + reach;
+      const double at = surface.at<float>(row, column);
+      if (at < kMinAutocorrelation || at < highest.at<float>(row, column)) continue;
+      if (std::hypot(x, y) < kShortestPx) continue;
+      const auto sample = [&](int dx, int dy) { return surface.at<float>(row + dy, column + dx); };
+      peaks.push_back({at * std::sqrt(std::max(0.0F, of_window.at<float>(row, column))),
+                       {x + Vertex(sample(-1, 0), at, sample(1, 0)),
+                        y + Vertex(sample(0, -1), at, sample(0, 1))}});
+    }
+  }
+  std::sort(
+      peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.rank > b.rank; });
+  return peaks;
+}
+
+}  // namespace
+
+PeriodFinder::PeriodFinder(cv::Size size)
+    : size_(size),
+      reach_(static_cast<int>(kLongest * std::min(size.width, size.height))),
+      fft_(PaddedFor(size).height, PaddedFor(size).width),
+      padded_(PaddedFor(size)),
+      plane_(fft_.RealSize()),
+      spectrum_(fft_.SpectrumSize()) {
+  cv::createHanningWindow(window_, size, CV_32F);
+  of_window_ = Autocorrelation(window_);
+}
+
+/// Shifts of -reach_ .. reach_ along both axes, zero shift in the middle.
+cv::Mat PeriodFinder::Autocorrelation(const cv::Mat& weighted) {
+  cv::Mat plane(padded_, CV_32FC1, plane_.data());
+  plane.setTo(0);
+  weighted.copyTo(plane(cv::Rect({0, 0}, size_)));
+  fft_.Forward({plane_.data(), plane_.size()}, {spectrum_.data(), spectrum_.size()});
+  for (std::size_t i = 0; i < spectrum_.size(); ++i) spectrum_[i] = std::norm(spectrum_[i]);
+  fft_.Inverse({spectrum_.data(), spectrum_.size()}, {plane_.data(), plane_.size()});
+  cv::Mat surface(2 * reach_ + 1, 2 * reach_ + 1, CV_32FC1);
+  for (int y = -reach_; y <= reach_; ++y) {
+    for (int x = -reach_; x <= reach_; ++x) {
+      surface.at<float>(y + reach_, x + reach_) = plane.at<float>(
+          (y + padded_.height) % padded_.height, (x + padded_.width) % padded_.width);
+    }
+  }
+  return surface;
+}
+
+std::vector<Eigen::Vector2d> PeriodFinder::Find(const cv::Mat& image) {
+  const float limit = static_cast<float>(kClip) * TypicalDeviation(image);
+  cv::Mat weighted(size_, CV_32FC1, cv::Scalar(0));
+  for (int y = 0; y < size_.height; ++y) {
+    for (int x = 0; x < size_.width; ++x) {
+      const float grey = image.at<float>(y, x);
+      if (std::isnan(grey)) continue;
+      weighted.at<float>(y, x) = std::clamp(grey, -limit, limit) * window_.at<float>(y, x);
+    }
+  }
+  cv::Mat surface = Autocorrelation(weighted) / of_window_;
+  const float itself = surface.at<float>(reach_, reach_);
+  if (!(itself > 0)) return {};
+  surface /= itself;
+  std::vector<Eigen::Vector2d> periods;
+  for (const Peak& peak : PeaksOf(surface, of_window_, reach_)) {
+    if (periods.size() < kMaxPeriods) periods.push_back(peak.shift);
+  }
+  return periods;
+}
+
+}  // namespace ceilmap::registration
