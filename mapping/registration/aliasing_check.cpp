@@ -16,6 +16,12 @@ constexpr double kSmoothingPx = 0.8;
 // Ratio of white noise that the smoothing leaves.
 constexpr float kSmoothedNoise = 0.35F;
 
+// Shorter side below which the rough level shows too few tiles.
+constexpr int kSmallPx = 200;
+
+// Tiles along the shorter side of the level from which its periodic part can be told.
+constexpr double kMinTiles = 3;
+
 constexpr int kGrainBlockPx = 24;
 constexpr double kMinKnown = 0.5;     // of the pixels of a block
 constexpr double kIndependent = 0.3;  // pixels of the smoothed grain, per pixel
@@ -23,8 +29,8 @@ constexpr double kMaxDeviations = 3;  // of a block
 constexpr int kMinGrainBlocks = 8;
 
 // The limits (mapping/registration/README.md, "Periodic ceilings").
-constexpr double kMinGrain = 1.9;
-constexpr double kMinGrainMargin = 1.0;
+constexpr double kMinGrain = 1.4;
+constexpr double kMinGrainMargin = 0.8;
 constexpr float kGrainPerNoise = 2;
 constexpr int kMinMarkPx = 40;
 constexpr double kMinMarkCorrelation = 0.9;
@@ -101,7 +107,9 @@ GrainAgreement CompareGrain(const cv::Mat& reference, const cv::Mat& current) {
       ++agreement.blocks;
     }
   }
-  if (agreement.blocks > 0) agreement.mean /= agreement.blocks;
+  if (agreement.blocks > 0) {
+    agreement.mean /= agreement.blocks;
+  }
   return agreement;
 }
 
@@ -124,18 +132,23 @@ cv::Mat ContentOf(const cv::Mat& blank_integral) {
 AliasingCheck::AliasingCheck(cv::Size size, const RegistrarParams& params)
     : fine_frame_(size, FineFactor(size)),
       rough_frame_(fine_frame_.size, 2),
-      periods_(rough_frame_.size) {
-  const cv::Mat mask = LevelMask(params.mask, rough_frame_.size);
+      small_(std::min(rough_frame_.size.width, rough_frame_.size.height) < kSmallPx),
+      size_(small_ ? fine_frame_.size : rough_frame_.size),
+      periods_(size_) {
+  const cv::Mat mask = LevelMask(params.mask, size_);
   if (!mask.empty()) blank_ = mask == 0;
+}
+
+const Level& AliasingCheck::LevelOf(const FrameSpectrum::Data& data) const {
+  return small_ ? data.fine : data.rough;
 }
 
 /// Local mean and finest texture removed; NaN where the level has no content.
 cv::Mat AliasingCheck::Flattened(const Level& level) const {
-  const cv::Size size = rough_frame_.size;
   // The header has no const form; `grey` is only read.
-  const cv::Mat grey(size, CV_32FC1, const_cast<float*>(level.grey.data()));
+  const cv::Mat grey(size_, CV_32FC1, const_cast<float*>(level.grey.data()));
   const int box =
-      2 * static_cast<int>(0.5 * kLocalMeanOfSide * std::max(size.width, size.height)) + 1;
+      2 * static_cast<int>(0.5 * kLocalMeanOfSide * std::max(size_.width, size_.height)) + 1;
   cv::Mat smooth;
   cv::GaussianBlur(grey, smooth, {}, kSmoothingPx);
   cv::Mat mean;
@@ -150,25 +163,29 @@ cv::Mat AliasingCheck::Flattened(const Level& level) const {
 std::optional<AperiodicEvidence> AliasingCheck::Compare(const FrameSpectrum::Data& reference,
                                                         const FrameSpectrum::Data& current,
                                                         const ImageMotion& motion) {
-  const cv::Mat flat = Flattened(reference.rough);
+  const cv::Mat flat = Flattened(LevelOf(reference));
   const std::vector<Eigen::Vector2d> periods = periods_.Find(flat);
-  if (periods.empty()) return std::nullopt;
-  const ImageMotion rough = rough_frame_.FromFull(fine_frame_.FromFull(motion));
-  const ImageMotion turn{0, 0, rough.theta_rad, rough.scale};
+  if (periods.empty() || kMinTiles * ShortestOf(periods) > std::min(size_.width, size_.height)) {
+    return std::nullopt;
+  }
+  const ImageMotion fine = fine_frame_.FromFull(motion);
+  const ImageMotion level = small_ ? fine : rough_frame_.FromFull(fine);
+  const ImageMotion turn{0, 0, level.theta_rad, level.scale};
   std::vector<Eigen::Vector2d> turned;
   turned.reserve(periods.size());
   for (const Eigen::Vector2d& period : periods) turned.push_back(turn.Apply(period));
   const AperiodicPart here = SplitAperiodic(flat, periods);
-  const AperiodicPart there = SplitAperiodic(Flattened(current.rough), turned);
+  const AperiodicPart there = SplitAperiodic(Flattened(LevelOf(current)), turned);
   AperiodicEvidence evidence;
-  if (std::isnan(here.deviation) || std::isnan(there.deviation)) return evidence;
+  if (std::isnan(here.deviation) || std::isnan(there.deviation)) return std::nullopt;
   evidence.has_grain =
-      here.deviation > kGrainPerNoise * kSmoothedNoise * reference.rough.noise.white ||
-      there.deviation > kGrainPerNoise * kSmoothedNoise * current.rough.noise.white;
+      here.deviation > kGrainPerNoise * kSmoothedNoise * LevelOf(reference).noise.white ||
+      there.deviation > kGrainPerNoise * kSmoothedNoise * LevelOf(current).noise.white;
 
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-  const cv::Mat grain = Sampled(there.grain, rough, cv::INTER_CUBIC, kNothing);
+  const cv::Mat grain = Sampled(there.grain, level, cv::INTER_CUBIC, kNothing);
   const GrainAgreement found = CompareGrain(here.grain, grain);
+  if (found.blocks < kMinGrainBlocks) return std::nullopt;
   evidence.grain = found.mean;
   evidence.blocks = found.blocks;
   evidence.grain_of_rival = -kMaxDeviations;
@@ -180,9 +197,9 @@ std::optional<AperiodicEvidence> AliasingCheck::Compare(const FrameSpectrum::Dat
     }
   }
 
-  const cv::Mat residual = Sampled(there.residual, rough, cv::INTER_CUBIC, kNothing);
-  const cv::Mat marks = Sampled(there.marks, rough, cv::INTER_NEAREST, 0) | here.marks;
-  const cv::Mat panels = Sampled(there.panels, rough, cv::INTER_NEAREST, 0) | here.panels;
+  const cv::Mat residual = Sampled(there.residual, level, cv::INTER_CUBIC, kNothing);
+  const cv::Mat marks = Sampled(there.marks, level, cv::INTER_NEAREST, 0) | here.marks;
+  const cv::Mat panels = Sampled(there.panels, level, cv::INTER_NEAREST, 0) | here.panels;
   const Correlation of_marks = Correlate(here.residual, residual, marks & ~panels, false);
   evidence.marks = of_marks.value;
   evidence.mark_px = of_marks.pixels;
@@ -195,10 +212,7 @@ bool AliasingCheck::Distinguishes(const FrameSpectrum::Data& reference,
   const std::optional<AperiodicEvidence> evidence = Compare(reference, current, motion);
   if (!evidence) return true;
   const double margin = evidence->grain - std::max(0.0, evidence->grain_of_rival);
-  if (evidence->blocks >= kMinGrainBlocks && evidence->grain > kMinGrain &&
-      margin > kMinGrainMargin) {
-    return true;
-  }
+  if (evidence->grain > kMinGrain && margin > kMinGrainMargin) return true;
   return !evidence->has_grain && evidence->mark_px >= kMinMarkPx &&
          evidence->marks > kMinMarkCorrelation;
 }

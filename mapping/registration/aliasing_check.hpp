@@ -37,7 +37,9 @@ struct AperiodicEvidence {
 ///   the motions a period further;
 /// - or, where tiles have no grain of their own, small marks off the grid must agree.
 ///
-/// Images without periods are accepted. Works on the rough level (FineStage). Contains buffers: one
+/// Images without periods are accepted, as are those that show fewer than three tiles along their
+/// shorter side, and those of which too little can be compared. Works on the
+/// rough level (FineStage), of small images on the fine one. Contains buffers: one
 /// object per thread. Internal to the registrar.
 class AliasingCheck {
  public:
@@ -51,16 +53,20 @@ class AliasingCheck {
                                    const FrameSpectrum::Data& current,
                                    const ImageMotion& motion);
 
-  /// What Distinguishes decides upon. std::nullopt: the reference has no period.
+  /// What Distinguishes decides upon. std::nullopt: not judged, the reference has no period or
+  /// too few blocks can be compared.
   [[nodiscard]] std::optional<AperiodicEvidence> Compare(const FrameSpectrum::Data& reference,
                                                          const FrameSpectrum::Data& current,
                                                          const ImageMotion& motion);
 
  private:
+  [[nodiscard]] const Level& LevelOf(const FrameSpectrum::Data& data) const;
   [[nodiscard]] cv::Mat Flattened(const Level& level) const;
 
   LevelFrame fine_frame_;
   LevelFrame rough_frame_;  // its parent is the fine level
+  bool small_;              // the fine level is compared
+  cv::Size size_;           // of the level that is compared
   cv::Mat blank_;           // 255 where no image has content; empty: nowhere
   PeriodFinder periods_;
 };

@@ -110,6 +110,12 @@ cv::Mat WithoutSlowChanges(const cv::Mat& image) {
 
 }  // namespace
 
+double ShortestOf(const std::vector<Eigen::Vector2d>& periods) {
+  double shortest_px = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector2d& period : periods) shortest_px = std::min(shortest_px, period.norm());
+  return shortest_px;
+}
+
 cv::Mat ShiftedBy(const cv::Mat& image, const Eigen::Vector2d& shift) {
   const cv::Matx23d from(1, 0, shift.x(), 0, 1, shift.y());
   cv::Mat shifted;
@@ -145,12 +151,10 @@ AperiodicPart SplitAperiodic(const cv::Mat& image, const std::vector<Eigen::Vect
   part.residual = image - periodic;
   part.deviation = TypicalDeviation(part.residual);
   if (std::isnan(part.deviation)) return part;
-  double shortest_px = periods.front().norm();
-  for (const Eigen::Vector2d& period : periods) shortest_px = std::min(shortest_px, period.norm());
   cv::Mat things = Exceeding(part.residual, kThing * part.deviation + kThingGrey);
   cv::morphologyEx(things, things, cv::MORPH_OPEN, cv::Mat::ones(2, 2, CV_8U));
   cv::dilate(things, things, cv::Mat::ones(kAroundPx, kAroundPx, CV_8U));
-  SortThings(things, shortest_px, part);
+  SortThings(things, ShortestOf(periods), part);
   part.grain = part.residual.clone();
   part.grain.setTo(kNothing, things);
   part.grain = WithoutSlowChanges(part.grain);

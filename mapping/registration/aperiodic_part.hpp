@@ -27,6 +27,9 @@ struct AperiodicPart {
 /// @param periods  pixels; not empty.
 AperiodicPart SplitAperiodic(const cv::Mat& image, const std::vector<Eigen::Vector2d>& periods);
 
+/// Length of the shortest period. @param periods  not empty.
+double ShortestOf(const std::vector<Eigen::Vector2d>& periods);
+
 /// The image moved by a shift: the result at x is the image at x + shift. Bicubic; NaN outside.
 cv::Mat ShiftedBy(const cv::Mat& image, const Eigen::Vector2d& shift);
 

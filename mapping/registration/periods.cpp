@@ -14,8 +14,13 @@ constexpr double kShortestPx = 10;
 constexpr std::size_t kMaxPeriods = 6;
 // Autocorrelation from which a shift is a period. Grain and lamps leave 0.18 of a grid.
 constexpr double kMinAutocorrelation = 0.12;
-// Lamps are cut off at this many typical deviations.
-constexpr double kClip = 6;
+// Lines and edges alone are compared, and lamps do not outweigh them: what is broader than this is
+// removed, and the rest is cut off at so many typical deviations.
+constexpr double kLineSigmaPx = 3;
+constexpr double kClip = 3;
+// ... and this part of that of the clearest period: one set of lines alone agrees with itself under
+// all shifts along them.
+constexpr double kMinRelative = 0.75;
 constexpr int kNeighbourhoodPx = 9;  // in which a peak is the highest
 
 cv::Size PaddedFor(cv::Size size) {
@@ -23,6 +28,7 @@ cv::Size PaddedFor(cv::Size size) {
 }
 
 struct Peak {
+  double height = 0;
   double rank = 0;  // height, times the root of the common area: less is by chance
   Eigen::Vector2d shift;
 };
@@ -46,7 +52,8 @@ std::vector<Peak> PeaksOf(const cv::Mat& surface, const cv::Mat& of_window, int 
       if (at < kMinAutocorrelation || at < highest.at<float>(row, column)) continue;
       if (std::hypot(x, y) < kShortestPx) continue;
       const auto sample = [&](int dx, int dy) { return surface.at<float>(row + dy, column + dx); };
-      peaks.push_back({at * std::sqrt(std::max(0.0F, of_window.at<float>(row, column))),
+      peaks.push_back({at,
+                       at * std::sqrt(std::max(0.0F, of_window.at<float>(row, column))),
                        {x + Vertex(sample(-1, 0), at, sample(1, 0)),
                         y + Vertex(sample(0, -1), at, sample(0, 1))}});
     }
@@ -88,22 +95,25 @@ cv::Mat PeriodFinder::Autocorrelation(const cv::Mat& weighted) {
 }
 
 std::vector<Eigen::Vector2d> PeriodFinder::Find(const cv::Mat& image) {
-  const float limit = static_cast<float>(kClip) * TypicalDeviation(image);
-  cv::Mat weighted(size_, CV_32FC1, cv::Scalar(0));
-  for (int y = 0; y < size_.height; ++y) {
-    for (int x = 0; x < size_.width; ++x) {
-      const float grey = image.at<float>(y, x);
-      if (std::isnan(grey)) continue;
-      weighted.at<float>(y, x) = std::clamp(grey, -limit, limit) * window_.at<float>(y, x);
-    }
-  }
+  cv::Mat lines = image.clone();
+  const cv::Mat unknown = image != image;
+  lines.setTo(0, unknown);
+  cv::Mat broad;
+  cv::GaussianBlur(lines, broad, {}, kLineSigmaPx);
+  lines -= broad;
+  const double limit = kClip * TypicalDeviation(lines);
+  const cv::Mat clipped = cv::max(cv::min(lines, limit), -limit);
+  cv::Mat weighted = clipped.mul(window_);
+  weighted.setTo(0, unknown);
   cv::Mat surface = Autocorrelation(weighted) / of_window_;
   const float itself = surface.at<float>(reach_, reach_);
   if (!(itself > 0)) return {};
   surface /= itself;
   std::vector<Eigen::Vector2d> periods;
-  for (const Peak& peak : PeaksOf(surface, of_window_, reach_)) {
-    if (periods.size() < kMaxPeriods) periods.push_back(peak.shift);
+  const std::vector<Peak> peaks = PeaksOf(surface, of_window_, reach_);
+  for (const Peak& peak : peaks) {
+    if (periods.size() == kMaxPeriods) break;
+    if (peak.height >= kMinRelative * peaks.front().height) periods.push_back(peak.shift);
   }
   return periods;
 }
