@@ -10,7 +10,8 @@ namespace ceilmap::registration {
 namespace {
 
 constexpr double kLongest = 0.55;  // period, per shorter side: so that it is seen twice
-constexpr double kShortestPx = 10;
+// Per longer side: grilles and slats of lamps have shorter ones, and are no grid.
+constexpr double kShortest = 0.09;
 constexpr std::size_t kMaxPeriods = 6;
 // Autocorrelation from which a shift is a period. Grain and lamps leave 0.18 of a grid.
 constexpr double kMinAutocorrelation = 0.12;
@@ -40,7 +41,10 @@ double Vertex(double before, double at, double after) {
 }
 
 /// Of one half plane: an autocorrelation is symmetric.
-std::vector<Peak> PeaksOf(const cv::Mat& surface, const cv::Mat& of_window, int reach) {
+std::vector<Peak> PeaksOf(const cv::Mat& surface,
+                          const cv::Mat& of_window,
+                          int reach,
+                          double shortest_px) {
   cv::Mat highest;
   cv::dilate(surface, highest, cv::Mat::ones(kNeighbourhoodPx, kNeighbourhoodPx, CV_8U));
   std::vector<Peak> peaks;
@@ -50,7 +54,7 @@ std::vector<Peak> PeaksOf(const cv::Mat& surface, const cv::Mat& of_window, int 
       const int column = x + reach;
       const double at = surface.at<float>(row, column);
       if (at < kMinAutocorrelation || at < highest.at<float>(row, column)) continue;
-      if (std::hypot(x, y) < kShortestPx) continue;
+      if (std::hypot(x, y) < shortest_px) continue;
       const auto sample = [&](int dx, int dy) { return surface.at<float>(row + dy, column + dx); };
       peaks.push_back({at,
                        at * std::sqrt(std::max(0.0F, of_window.at<float>(row, column))),
@@ -110,7 +114,8 @@ std::vector<Eigen::Vector2d> PeriodFinder::Find(const cv::Mat& image) {
   if (!(itself > 0)) return {};
   surface /= itself;
   std::vector<Eigen::Vector2d> periods;
-  const std::vector<Peak> peaks = PeaksOf(surface, of_window_, reach_);
+  const std::vector<Peak> peaks =
+      PeaksOf(surface, of_window_, reach_, kShortest * std::max(size_.width, size_.height));
   for (const Peak& peak : peaks) {
     if (periods.size() == kMaxPeriods) break;
     if (peak.height >= kMinRelative * peaks.front().height) periods.push_back(peak.shift);

@@ -18,8 +18,8 @@ class PeriodFinder {
   explicit PeriodFinder(cv::Size size);
 
   /// @param image  CV_32FC1 of the size, local mean removed; NaN where it has no content.
-  /// @return At most six, the clearest one first, pixels; of p and -p only one. Empty: the image
-  /// has no period shorter than half its shorter side.
+  /// @return At most six, the clearest one first, pixels; of p and -p only one. Longer than 0.09
+  /// of the longer side, and along each axis shorter than 0.55 of the shorter side. Empty: none.
   [[nodiscard]] std::vector<Eigen::Vector2d> Find(const cv::Mat& image);
 
  private:
