@@ -10,14 +10,14 @@ namespace ceilmap::registration {
 namespace {
 
 constexpr int kTile = 40;
-const cv::Size kSize(320, 240);
+const cv::Size kTilesSize(320, 240);
 const std::vector<Eigen::Vector2d> kPeriods{{kTile, 0}, {0, kTile}, {kTile, kTile}};
 
 /// Lines on the borders of square tiles.
 cv::Mat Tiles() {
-  cv::Mat image(kSize, CV_32FC1, cv::Scalar(2));
-  for (int y = 0; y < kSize.height; y += kTile) image.row(y).setTo(-30);
-  for (int x = 0; x < kSize.width; x += kTile) image.col(x).setTo(-30);
+  cv::Mat image(kTilesSize, CV_32FC1, cv::Scalar(2));
+  for (int y = 0; y < kTilesSize.height; y += kTile) image.row(y).setTo(-30);
+  for (int x = 0; x < kTilesSize.width; x += kTile) image.col(x).setTo(-30);
   return image;
 }
 
@@ -58,7 +58,7 @@ TEST(AperiodicPartTest, WhatTheBorderCutsIsNoMark) {
 
 TEST(AperiodicPartTest, GrainIsLeftWithoutLines) {
   cv::Mat image = Tiles();
-  cv::Mat grain(kSize, CV_32FC1);
+  cv::Mat grain(kTilesSize, CV_32FC1);
   cv::RNG(3).fill(grain, cv::RNG::NORMAL, 0, 2);
   image += grain;
   const AperiodicPart part = SplitAperiodic(image, kPeriods);
@@ -69,7 +69,7 @@ TEST(AperiodicPartTest, GrainIsLeftWithoutLines) {
 }
 
 TEST(AperiodicPartTest, ShiftsAsStated) {
-  cv::Mat image(kSize, CV_32FC1);
+  cv::Mat image(kTilesSize, CV_32FC1);
   cv::RNG(4).fill(image, cv::RNG::NORMAL, 0, 2);
   const cv::Mat shifted = ShiftedBy(image, {7, -3});
   EXPECT_FLOAT_EQ(shifted.at<float>(50, 60), image.at<float>(47, 67));

@@ -9,12 +9,12 @@
 namespace ceilmap::registration {
 namespace {
 
-const cv::Size kSize(320, 240);
+const cv::Size kLatticeSize(320, 240);
 
 /// A lattice of narrow spots: the crossings of two waves, each seen along one basis vector.
 cv::Mat Lattice(const Eigen::Matrix2d& basis) {
   const Eigen::Matrix2d to_cells = basis.inverse();
-  cv::Mat image(kSize, CV_32FC1);
+  cv::Mat image(kLatticeSize, CV_32FC1);
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
       const Eigen::Vector2d cell = to_cells * Eigen::Vector2d(x, y);
@@ -37,7 +37,7 @@ TEST(PeriodFinderTest, FindsTheVectorsOfALattice) {
   Eigen::Matrix2d turned;  // by 30 degrees, not whole pixels
   turned << 38.4 * std::cos(0.5), -38.4 * std::sin(0.5), 38.4 * std::sin(0.5), 38.4 * std::cos(0.5);
   for (const Eigen::Matrix2d& basis : {upright, turned}) {
-    const auto periods = PeriodFinder(kSize).Find(Lattice(basis));
+    const auto periods = PeriodFinder(kLatticeSize).Find(Lattice(basis));
     ASSERT_GE(periods.size(), 3U);
     double shortest = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector2d& period : periods) {
@@ -53,22 +53,22 @@ TEST(PeriodFinderTest, BlankPartsDoNotCount) {
   basis << 40, 0, 0, 30;
   cv::Mat image = Lattice(basis);
   image(cv::Rect(0, 0, 100, 240)).setTo(std::numeric_limits<float>::quiet_NaN());
-  const auto periods = PeriodFinder(kSize).Find(image);
+  const auto periods = PeriodFinder(kLatticeSize).Find(image);
   ASSERT_FALSE(periods.empty());
   for (const Eigen::Vector2d& period : periods) EXPECT_LT(OffLattice(basis, period), 0.3);
 }
 
 TEST(PeriodFinderTest, NoiseHasNoPeriod) {
-  cv::Mat noise(kSize, CV_32FC1);
+  cv::Mat noise(kLatticeSize, CV_32FC1);
   cv::RNG(5).fill(noise, cv::RNG::NORMAL, 0, 3);
-  EXPECT_TRUE(PeriodFinder(kSize).Find(noise).empty());
-  EXPECT_TRUE(PeriodFinder(kSize).Find(cv::Mat::zeros(kSize, CV_32FC1)).empty());
+  EXPECT_TRUE(PeriodFinder(kLatticeSize).Find(noise).empty());
+  EXPECT_TRUE(PeriodFinder(kLatticeSize).Find(cv::Mat::zeros(kLatticeSize, CV_32FC1)).empty());
 }
 
 TEST(PeriodFinderTest, AGrilleIsNoGrid) {
   Eigen::Matrix2d grille;
   grille << 10, 0, 0, 12;
-  for (const Eigen::Vector2d& period : PeriodFinder(kSize).Find(Lattice(grille))) {
+  for (const Eigen::Vector2d& period : PeriodFinder(kLatticeSize).Find(Lattice(grille))) {
     EXPECT_GT(period.norm(), 28);
   }
 }
