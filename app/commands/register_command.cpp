@@ -64,6 +64,7 @@ class PairRegistrar {
   explicit PairRegistrar(bool fixed_scale) {
     params_.estimate_scale = !fixed_scale;
     params_.local_features = true;
+    params_.any_places = true;
   }
 
   // @throws InputError when an image cannot be read or the sizes differ.

@@ -48,6 +48,7 @@ Found Register(const py::array& reference_array,
   registration::RegistrarParams params;
   params.estimate_scale = !fixed_scale;
   params.local_features = true;
+  params.any_places = true;
   if (mask_array) {
     params.mask = ImageView(*mask_array, "mask");
     if (params.mask.size() != reference.size()) {

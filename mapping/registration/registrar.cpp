@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "calib/base/error.hpp"
+#include "mapping/registration/aliasing_check.hpp"
 #include "mapping/registration/buffer_pool.hpp"
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/depth_search.hpp"
@@ -45,6 +46,12 @@ struct Registrar::Impl {
     return *joint;
   }
 
+  /// Made for the first match without a prediction.
+  AliasingCheck& Aliasing() {
+    if (!aliasing) aliasing.emplace(size, params);
+    return *aliasing;
+  }
+
   using Data = FrameSpectrum::Data;
   cv::Size size;
   RegistrarParams params;
@@ -52,6 +59,7 @@ struct Registrar::Impl {
   FineStage fine;
   std::optional<DepthStage> depth;
   std::optional<JointStage> joint;
+  std::optional<AliasingCheck> aliasing;
   std::shared_ptr<BufferPool<Data>> pool = std::make_shared<BufferPool<Data>>();
   cv::Mat clean;
 
@@ -237,7 +245,12 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   if (reference.heights_) {
     return impl_->FindWithDepth(reference, *reference.heights_, current, prior, std::nullopt);
   }
-  return search.Find(ref, cur, prior);
+  Registration found = search.Find(ref, cur, prior);
+  if (found.ok() && !prior && impl_->params.any_places &&
+      !impl_->Aliasing().Distinguishes(ref, cur, found.motion)) {
+    found.verdict = Verdict::kAmbiguous;
+  }
+  return found;
 }
 
 PlaneFit Registrar::RefinePlane(const FrameSpectrum& reference,

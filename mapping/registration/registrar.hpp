@@ -89,6 +89,11 @@ struct RegistrarParams {
   /// longer; a pair of 640x480 without a match takes 10 ms more, and 20 to 30 ms once for each
   /// image.
   bool local_features = false;
+  /// Images that are registered without a prior may show any two places, as a pair of unknown
+  /// origin does: a match must then be supported by more than a grid, which agrees everywhere
+  /// (AliasingCheck); else it is ambiguous. Takes a few times as long as the registration. False:
+  /// whoever calls checks the motion by other means, as odometry and localization do.
+  bool any_places = false;
   int final_blocks = 48;  ///< blocks of the last rounds
   /// Of the images, for ceilings with depth: the principal point must be known. Focal length 0: not
   /// known, and not needed for a level robot.
