@@ -16,7 +16,7 @@ namespace ceilmap::robot {
 struct MapUpdaterOptions {
   /// Images are compared with the map after this part of the shorter side of the view in travel, or
   /// this turn: images from almost one place confirm nothing. > 0.
-  double min_step = 0.25;
+  double min_step = 0.15;
   double min_turn_rad = 0.35;
   /// A recording of which a smaller share of frames has a pose is refused: it is of another
   /// building, or of another part of it.
