@@ -42,6 +42,9 @@ struct MapUpdateReport {
   int keyframes = 0;       ///< images that were renewed
   /// With MapUpdaterOptions::max_bytes.
   std::optional<change::RetirementReport> retirement;
+  /// The robot left the map, and was not localized there. In the light of the map, a CeilingMapper
+  /// with `append` and HeldPoses::kFirstPart adds that ground by the same recording.
+  bool left_map = false;
   double compare_ms = 0;  ///< computing times
   double refresh_ms = 0;
 };
