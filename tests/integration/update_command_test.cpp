@@ -125,7 +125,8 @@ TEST_F(UpdateBeyondTheMap, AddsNewGroundAndMovesNothing) {
   EXPECT_EQ(map.ReadHistory().sessions.size(), 1U);
   const support::ProcessResult found = Run({"localize", "n.gpkg", "-o", "t.tum"}, "end");
   EXPECT_EQ(found.exit_code, 0) << found.err;
-  EXPECT_THAT(found.out, HasSubstr("10 of 10"));
+  // The first images of a lost robot are ambiguous.
+  EXPECT_THAT(found.out, HasSubstr("8 of 10"));
 }
 
 TEST_F(UpdateBeyondTheMap, LeavesTheMapAsItIsWhereNewGroundIsNotWanted) {
