@@ -1,7 +1,10 @@
 #include "mapping/history_union.hpp"
 
 #include <Eigen/Core>
+
+#include <algorithm>
 #include <map>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -80,13 +83,92 @@ void AddChanges(const PartHistory& part,
   }
 }
 
+PosesById ById(const std::vector<graph::Keyframe>& keyframes) {
+  PosesById poses;
+  for (const graph::Keyframe& keyframe : keyframes) poses[keyframe.id] = keyframe.pose.T_map_base;
+  return poses;
+}
+
+/// The centre of a pixel of a mosaic.
+Eigen::Vector2d CentreOf(const store::MosaicGrid& grid, double col, double row) {
+  return {grid.min_x + (col + 0.5) * grid.resolution, grid.max_y - (row + 0.5) * grid.resolution};
+}
+
+/// Draws what a look shows into a tile of another mosaic.
+/// @param T_old_new  p_old = T_old_new * p_new
+void DrawLook(const store::Look& look,
+              const store::MosaicGrid& from,
+              const store::MosaicGrid& to,
+              const Pose2& T_old_new,
+              store::Look& tile) {
+  const auto in_look = [&](double col, double row) {
+    const Eigen::Vector2d p =
+        T_old_new * CentreOf(to, tile.origin_px.x + col, tile.origin_px.y + row);
+    return cv::Point2d((p.x() - from.min_x) / from.resolution - 0.5 - look.origin_px.x,
+                       (from.max_y - p.y()) / from.resolution - 0.5 - look.origin_px.y);
+  };
+  const cv::Point2d origin = in_look(0, 0);
+  const cv::Point2d across = in_look(1, 0) - origin;
+  const cv::Point2d down = in_look(0, 1) - origin;
+  const cv::Matx23d affine(across.x, down.x, origin.x, across.y, down.y, origin.y);
+  cv::Mat drawn;
+  cv::Mat whole;  // 255 where all pixels that were mixed have a look
+  const int flags = cv::INTER_LINEAR | cv::WARP_INVERSE_MAP;
+  cv::warpAffine(look.image, drawn, affine, tile.image.size(), flags);
+  cv::warpAffine(look.image > 0, whole, affine, tile.image.size(), flags);
+  drawn.copyTo(tile.image, whole == 255);
+  tile.session = std::max(tile.session, look.session);
+}
+
 }  // namespace
 
-store::MapHistory UniteHistories(std::vector<PartHistory> parts, const graph::MapGraph& united) {
-  PosesById after;
-  for (const graph::Keyframe& keyframe : united.keyframes) {
-    after[keyframe.id] = keyframe.pose.T_map_base;
+std::vector<store::Look> MoveLooks(const std::vector<store::Look>& looks,
+                                   const DrawnMap& before,
+                                   const DrawnMap& after) {
+  constexpr int kSize = store::Look::kSizePx;
+  const PosesById poses = ById(after.keyframes);
+  std::map<std::pair<int, int>, store::Look> tiles;  // by row and column of tiles
+  for (const store::Look& look : looks) {
+    const Eigen::Vector2d middle =
+        CentreOf(before.grid, look.origin_px.x + kSize / 2.0, look.origin_px.y + kSize / 2.0);
+    const std::optional<Pose2> motion = MotionAt(middle, before.keyframes, poses);
+    if (!motion) continue;
+    cv::Rect2d box;  // of the new mosaic
+    for (const int corner : {0, 1, 2, 3}) {
+      const Eigen::Vector2d p = *motion * CentreOf(before.grid,
+                                                   look.origin_px.x + (corner % 2) * kSize,
+                                                   look.origin_px.y + (corner / 2) * kSize);
+      const cv::Rect2d at((p.x() - after.grid.min_x) / after.grid.resolution - 1,
+                          (after.grid.max_y - p.y()) / after.grid.resolution - 1,
+                          2,
+                          2);
+      box = corner == 0 ? at : box | at;
+    }
+    box &= cv::Rect2d(0, 0, after.grid.width_px, after.grid.height_px);
+    if (box.empty()) continue;
+    for (int row = cvFloor(box.y / kSize); row * kSize < box.br().y; ++row) {
+      for (int col = cvFloor(box.x / kSize); col * kSize < box.br().x; ++col) {
+        store::Look& tile = tiles[{row, col}];
+        if (tile.image.empty()) {
+          tile.origin_px = {col * kSize, row * kSize};
+          tile.image = cv::Mat(kSize, kSize, CV_8UC1, cv::Scalar(0));
+        }
+        DrawLook(look, before.grid, after.grid, motion->Inverse(), tile);
+      }
+    }
   }
+  std::vector<store::Look> moved;
+  moved.reserve(tiles.size());
+  for (auto& [at, tile] : tiles) {
+    if (cv::countNonZero(tile.image) == 0) continue;
+    tile.id = static_cast<std::int64_t>(moved.size()) + 1;
+    moved.push_back(std::move(tile));
+  }
+  return moved;
+}
+
+store::MapHistory UniteHistories(std::vector<PartHistory> parts, const graph::MapGraph& united) {
+  const PosesById after = ById(united.keyframes);
   store::MapHistory all;
   const bool renumber = parts.size() > 1;
   std::vector<std::size_t> next(parts.size(), 0);

@@ -15,8 +15,9 @@ namespace ceilmap::mapping {
 
 MapExtension::MapExtension(const std::filesystem::path& file,
                            const store::MapMetadata& recording,
-                           const std::optional<double>& resolution)
-    : file_(file), map_(file), metadata_(map_.Metadata()), robot_(recording.robot) {
+                           const std::optional<double>& resolution,
+                           HeldPoses held)
+    : file_(file), map_(file), metadata_(map_.Metadata()), held_(held), robot_(recording.robot) {
   const std::string problem = Incompatibility(metadata_, recording);
   if (!problem.empty()) throw InputError(fmt::format("{}: {}", file.string(), problem));
   if (resolution) metadata_.resolution = *resolution;
@@ -43,7 +44,7 @@ MappingResult MapExtension::Finish(const std::string& source,
                                    const std::function<void(int, int)>& progress) const {
   mapper.Close();
   const MergeResult merged =
-      AppendRecording(map_, mapper.Graph(), view, metadata_, params, writer, progress);
+      AppendRecording(map_, mapper.Graph(), view, metadata_, params, writer, progress, held_);
   if (!merged.ok()) {
     throw RunError(fmt::format("{} cannot be joined with {}: {}; the map is not changed",
                                source,
@@ -69,7 +70,16 @@ void MapExtension::WriteHistory(const std::string& source,
                                 const MappingResult& result,
                                 const graph::MapGraph& graph,
                                 store::MapWriter& writer) const {
-  store::MapHistory history = UniteHistories({{map_.ReadHistory(), map_.ReadKeyframes()}}, graph);
+  const std::vector<graph::Keyframe> before = map_.ReadKeyframes();
+  store::MapHistory history = map_.ReadHistory();
+  std::vector<store::Look> looks =
+      MoveLooks(history.looks, {map_.Grid(), before}, {result.report.grid, graph.keyframes});
+  history = UniteHistories({{std::move(history), before}}, graph);
+  history.looks = std::move(looks);
+  if (held_ == HeldPoses::kFirstPart) {
+    writer.WriteHistory(history);
+    return;
+  }
   store::Session session;
   session.id = history.sessions.empty() ? 1 : history.sessions.back().id + 1;
   session.date = ResultDate();

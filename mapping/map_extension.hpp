@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/ceiling_view.hpp"
+#include "mapping/map_merge.hpp"
 #include "mapping/mapper.hpp"
 #include "mapping/store/map_file.hpp"
 
@@ -19,10 +20,13 @@ class MapExtension {
  public:
   /// @param file  the map. @param recording  metadata of a map of the recording alone.
   /// @param resolution  of the map from now on, map units per pixel; unset: it stays.
+  /// @param held  kFirstPart: the map's keyframes stay where they are, to the last bit, and the
+  /// recording is a session of the map already.
   /// @throws InputError as store::MapReader, and when the recording cannot go into this map.
   MapExtension(const std::filesystem::path& file,
                const store::MapMetadata& recording,
-               const std::optional<double>& resolution);
+               const std::optional<double>& resolution,
+               HeldPoses held = HeldPoses::kFirstKeyframe);
 
   [[nodiscard]] const store::MapMetadata& Metadata() const { return metadata_; }
   /// To be called once the writer holds the map's name.
@@ -32,7 +36,7 @@ class MapExtension {
   [[nodiscard]] std::int64_t NextKeyframeId() const { return next_keyframe_id_; }
 
   /// Joins both and writes them to `writer`, with the history of the map, to which the recording is
-  /// added as a session; without Commit.
+  /// added as a session; looks in another light are kept; without Commit.
   /// @param source  name of the recording, for messages. @param view  of its camera.
   /// @param params  see MergeMaps.
   /// @param progress  done, total tiles of the mosaic.
@@ -53,6 +57,7 @@ class MapExtension {
   std::filesystem::path file_;
   store::MapReader map_;
   store::MapMetadata metadata_;
+  HeldPoses held_;
   std::string robot_;  // of the recording
   std::int64_t next_keyframe_id_ = 0;
 };

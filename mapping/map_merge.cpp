@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "calib/base/pose_with_covariance.hpp"
 #include "mapping/map_parts.hpp"
 
 namespace ceilmap::mapping {
@@ -24,6 +25,34 @@ void Attach(LoopCloser& closer, const std::vector<std::int64_t>& part, const Joi
   }
   for (const graph::Edge& edge : join.edges) closer.Add(edge);
   for (const std::int64_t id : part) closer.Close(id);
+}
+
+/// Puts back poses and covariances of a part that was held. The other keyframes were placed
+/// relative to it; they take over the covariance of the nearest of its keyframes.
+/// @param part  its keyframes and frames stand first in `merged`.
+void Restore(const graph::MapGraph& part, graph::MapGraph& merged) {
+  std::copy(part.keyframes.begin(), part.keyframes.end(), merged.keyframes.begin());
+  std::copy(part.trajectory.begin(), part.trajectory.end(), merged.trajectory.begin());
+  const auto take_over = [&](graph::FramePose& pose) {
+    const graph::Keyframe* nearest = &part.keyframes.front();
+    const auto distance = [&](const graph::Keyframe& keyframe) {
+      return (keyframe.pose.T_map_base.Translation() - pose.T_map_base.Translation()).norm();
+    };
+    for (const graph::Keyframe& keyframe : part.keyframes) {
+      if (distance(keyframe) < distance(*nearest)) nearest = &keyframe;
+    }
+    const Pose2& T_map_near = nearest->pose.T_map_base;
+    pose.covariance += ComposeCovariance(T_map_near,
+                                         nearest->pose.covariance,
+                                         T_map_near.Inverse() * pose.T_map_base,
+                                         Eigen::Matrix3d::Zero());
+  };
+  for (std::size_t i = part.keyframes.size(); i < merged.keyframes.size(); ++i) {
+    take_over(merged.keyframes[i].pose);
+  }
+  for (std::size_t i = part.trajectory.size(); i < merged.trajectory.size(); ++i) {
+    take_over(merged.trajectory[i]);
+  }
 }
 
 }  // namespace
@@ -111,7 +140,8 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
                         const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
                         const LoopCloserParams& loops,
-                        const graph::PoseGraphParams& pose_graph) {
+                        const graph::PoseGraphParams& pose_graph,
+                        HeldPoses held) {
   LoopCloser closer(view, load, loops);
   std::vector<std::vector<std::int64_t>> ids;
   std::unordered_map<std::int64_t, std::size_t> part_of;
@@ -141,7 +171,9 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   merged.graph.quality.loops += closer.Counts();
   graph::MoveKeyframes(merged.graph, closer.Graph().Poses());
   const std::int64_t outliers = merged.graph.quality.loops.outliers;
-  graph::Optimize(merged.graph, pose_graph);
+  const bool hold_part = held == HeldPoses::kFirstPart && !parts.front().keyframes.empty();
+  graph::Optimize(merged.graph, pose_graph, hold_part ? ids.front() : std::vector<std::int64_t>());
+  if (hold_part) Restore(parts.front(), merged.graph);
   const std::int64_t bad = merged.graph.quality.loops.outliers - outliers;
   if (across > 0 && static_cast<double>(bad) > kMaxOutlierRatio * static_cast<double>(across)) {
     JoinResult& last = merged.results[joined.joined.back()];

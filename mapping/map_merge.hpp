@@ -49,14 +49,21 @@ struct MergeResult {
   [[nodiscard]] bool ok() const;         ///< true when every part was joined
 };
 
+/// Which poses a merge may change.
+enum class HeldPoses {
+  kFirstKeyframe,  ///< all but that of the first keyframe of the first part
+  kFirstPart,      ///< those of the other parts; the first part stays to the last bit
+};
+
 /// Merges several maps into one. The keyframes' ids must differ between the parts (Renumber), and
 /// their images must have the geometry of `view` (ChangeView). The first keyframe of the first part
-/// keeps its pose.
+/// keeps its pose, or all of that part do.
 MergeResult MergeGraphs(const calib::CeilingView& view,
                         const std::vector<graph::MapGraph>& parts,
                         const graph::ImageLoader& load,
                         const DescriptorSource& descriptors,
                         const LoopCloserParams& loops = {},
-                        const graph::PoseGraphParams& pose_graph = {});
+                        const graph::PoseGraphParams& pose_graph = {},
+                        HeldPoses held = HeldPoses::kFirstKeyframe);
 
 }  // namespace ceilmap::mapping

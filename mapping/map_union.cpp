@@ -19,13 +19,15 @@ MergeResult Unite(const std::vector<graph::MapGraph>& parts,
                   const store::MapMetadata& metadata,
                   const MapperParams& params,
                   store::MapWriter& writer,
-                  const UnionProgress& progress) {
+                  const UnionProgress& progress,
+                  HeldPoses held = HeldPoses::kFirstKeyframe) {
   MergeResult merged = MergeGraphs(view,
                                    parts,
                                    source.image,
                                    source.descriptors,
                                    LoopParams(params, view, metadata),
-                                   params.pose_graph);
+                                   params.pose_graph,
+                                   held);
   if (!merged.ok()) return merged;
   mosaic::WrittenMap written =
       WriteUnion(merged.graph, source.write, metadata, params, writer, progress);
@@ -75,7 +77,8 @@ MergeResult AppendRecording(const store::MapReader& map,
                             const store::MapMetadata& metadata,
                             const MapperParams& params,
                             store::MapWriter& writer,
-                            const UnionProgress& progress) {
+                            const UnionProgress& progress,
+                            HeldPoses held) {
   std::vector<graph::MapGraph> parts = {map.ReadGraph(), recording};
   ChangeView(parts.back(), recording_view.T_base_view(), metadata.T_base_view);
   const std::int64_t first =
@@ -88,7 +91,7 @@ MergeResult AppendRecording(const store::MapReader& map,
       [&](std::int64_t id) {
         if (id < first) writer.CopyImage(map, id, id);
       }};
-  return Unite(parts, source, ViewOf(metadata), metadata, params, writer, progress);
+  return Unite(parts, source, ViewOf(metadata), metadata, params, writer, progress, held);
 }
 
 }  // namespace ceilmap::mapping

@@ -47,6 +47,7 @@ MergeResult AppendRecording(const store::MapReader& map,
                             const store::MapMetadata& metadata,
                             const MapperParams& params,
                             store::MapWriter& writer,
-                            const UnionProgress& progress = {});
+                            const UnionProgress& progress = {},
+                            HeldPoses held = HeldPoses::kFirstKeyframe);
 
 }  // namespace ceilmap::mapping

@@ -11,6 +11,7 @@
 #include "calib/rig.hpp"
 #include "localization/robot/estimate.hpp"
 #include "localization/robot/sensors.hpp"
+#include "mapping/map_merge.hpp"
 #include "mapping/mapper.hpp"
 
 namespace ceilmap::robot {
@@ -23,6 +24,8 @@ struct CeilingMapperParams {
   mapping::MapperParams mapping;
   /// Extend the map, wherever on it the recording begins. mapping.origin is then not used.
   bool append = false;
+  /// With `append`: which poses may change (mapping::HeldPoses).
+  mapping::HeldPoses held = mapping::HeldPoses::kFirstKeyframe;
   /// Of the mosaic, map units per pixel, > 0; nothing: that of the camera, or of the extended map.
   std::optional<double> resolution;
   std::string source = "the recording";  ///< its name in messages

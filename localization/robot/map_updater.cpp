@@ -22,6 +22,9 @@
 namespace ceilmap::robot {
 namespace {
 
+// A robot that is lost for fewer frames has not left the map.
+constexpr std::int64_t kMinLost = 3;
+
 /// Whether a pose is exact enough for pixels to be compared.
 bool IsExact(const Estimate& estimate, const localization::SeenCeiling& seen) {
   constexpr double kMaxSigmaPx = 2;
@@ -29,6 +32,13 @@ bool IsExact(const Estimate& estimate, const localization::SeenCeiling& seen) {
   const double half_diagonal = 0.5 * std::hypot(seen.grey.cols, seen.grey.rows);
   return std::sqrt(covariance(0, 0) + covariance(1, 1)) < kMaxSigmaPx * seen.m_per_px &&
          std::sqrt(covariance(2, 2)) * half_diagonal < kMaxSigmaPx;
+}
+
+mosaic::ViewPlacement PlacementOf(const localization::SeenCeiling& seen) {
+  return {seen.T_map_view,
+          seen.grey.size(),
+          seen.m_per_px,
+          {seen.principal_px.x(), seen.principal_px.y()}};
 }
 
 }  // namespace
@@ -55,6 +65,8 @@ struct MapUpdater::Impl {
         evidence(change::CellsOf(revision.Map().Grid())) {}
 
   [[nodiscard]] bool IsDue(const localization::SeenCeiling& seen) const;
+  [[nodiscard]] bool IsAtBorder(const mosaic::ViewPlacement& view, cv::Size size) const;
+  void NotePlaced(const localization::SeenCeiling& seen);
   void CheckBelongs(const change::SessionOutcome& outcome) const;
 
   MapUpdaterOptions options;
@@ -66,6 +78,8 @@ struct MapUpdater::Impl {
   std::optional<Pose2> last;  // view that was compared last
   std::int64_t frames = 0;
   std::int64_t placed = 0;
+  std::int64_t unplaced_run = 0;  // frames since the last one that was placed
+  bool at_border = false;         // the view of that one
   MapUpdateReport report;
 };
 
@@ -75,6 +89,37 @@ bool MapUpdater::Impl::IsDue(const localization::SeenCeiling& seen) const {
   const double travel = (seen.T_map_view.Translation() - last->Translation()).norm();
   return travel > options.min_step * shorter ||
          std::abs(WrapAngle(seen.T_map_view.yaw - last->yaw)) > options.min_turn_rad;
+}
+
+/// Whether much of a view lies beyond the mosaic.
+bool MapUpdater::Impl::IsAtBorder(const mosaic::ViewPlacement& view, cv::Size size) const {
+  constexpr int kSteps = 8;
+  constexpr double kMinInside = 0.75;
+  const store::MosaicGrid& grid = revision.Map().Grid();
+  const cv::Rect all(0, 0, grid.width_px, grid.height_px);
+  int inside = 0;
+  for (int i = 0; i < kSteps * kSteps; ++i) {
+    const double u = (i % kSteps + 0.5) / kSteps * size.width;
+    const double v = (i / kSteps + 0.5) / kSteps * size.height;
+    const cv::Point2d p = view.ToMap(u, v);
+    const cv::Point pixel(cvFloor((p.x - grid.min_x) / grid.resolution),
+                          cvFloor((grid.max_y - p.y) / grid.resolution));
+    if (!all.contains(pixel)) continue;
+    cv::Mat grey;
+    cv::Mat alpha;
+    revision.Map().ReadMosaic({pixel, cv::Size(1, 1)}, grey, alpha);
+    inside += alpha.ptr(0)[0] == 255 ? 1 : 0;
+  }
+  return inside < kMinInside * kSteps * kSteps;
+}
+
+/// A robot that is lost beside the border of the map has left it, or comes from outside.
+void MapUpdater::Impl::NotePlaced(const localization::SeenCeiling& seen) {
+  const bool was_lost = unplaced_run >= kMinLost;
+  const bool was_at_border = at_border;
+  unplaced_run = 0;
+  at_border = IsAtBorder(PlacementOf(seen), seen.grey.size());
+  report.left_map = report.left_map || (was_lost && (was_at_border || at_border));
 }
 
 /// A recording of another building must not change the map.
@@ -109,19 +154,17 @@ MapUpdater::~MapUpdater() = default;
 void MapUpdater::Add(const Estimate& estimate) {
   Impl& me = *impl_;
   ++me.frames;
-  if (!estimate.HasPose()) return;
+  if (!estimate.HasPose()) {
+    ++me.unplaced_run;
+    return;
+  }
   ++me.placed;
+  if (estimate.seen) me.NotePlaced(*estimate.seen);
   if (!estimate.seen || !IsExact(estimate, *estimate.seen) || !me.IsDue(*estimate.seen)) return;
   const StageTimer timer(me.report.compare_ms);
   const localization::SeenCeiling& seen = *estimate.seen;
   const change::ViewComparison compared =
-      me.comparer.Compare({seen.grey,
-                           seen.mask,
-                           mosaic::ViewPlacement(seen.T_map_view,
-                                                 seen.grey.size(),
-                                                 seen.m_per_px,
-                                                 {seen.principal_px.x(), seen.principal_px.y()}),
-                           seen.m_per_px});
+      me.comparer.Compare({seen.grey, seen.mask, PlacementOf(seen), seen.m_per_px});
   me.last = seen.T_map_view;
   me.evidence.Add(compared);
 }
@@ -136,6 +179,7 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
   change::SessionOutcome outcome = change::DecideChanges(
       me.evidence, regions, map.Grid(), map.ReadHistory(), std::move(session), me.options.at_once);
   me.CheckBelongs(outcome);
+  me.report.left_map = me.report.left_map || (me.at_border && me.unplaced_run >= kMinLost);
   me.report.views = me.evidence.Views();
   me.report.confirmed = outcome.confirmed;
   me.report.candidates = outcome.candidates;

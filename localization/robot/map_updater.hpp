@@ -16,7 +16,7 @@ namespace ceilmap::robot {
 struct MapUpdaterOptions {
   /// Images are compared with the map after this part of the shorter side of the view in travel, or
   /// this turn: images from almost one place confirm nothing. > 0.
-  double min_step = 0.25;
+  double min_step = 0.15;
   double min_turn_rad = 0.35;
   /// A recording of which a smaller share of frames has a pose is refused: it is of another
   /// building, or of another part of it.
@@ -42,6 +42,9 @@ struct MapUpdateReport {
   int keyframes = 0;       ///< images that were renewed
   /// With MapUpdaterOptions::max_bytes.
   std::optional<change::RetirementReport> retirement;
+  /// The robot left the map, and was not localized there. In the light of the map, a CeilingMapper
+  /// with `append` and HeldPoses::kFirstPart adds that ground by the same recording.
+  bool left_map = false;
   double compare_ms = 0;  ///< computing times
   double refresh_ms = 0;
 };

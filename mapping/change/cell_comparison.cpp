@@ -7,7 +7,7 @@ namespace ceilmap::change {
 namespace {
 
 // Brightness, log: noise and uneven light stay below the first, another surface exceeds the second.
-constexpr double kSameBrightness = 0.015;
+constexpr double kSameBrightness = 0.008;
 constexpr double kOtherBrightness = 0.16;
 // Contrast of texture relative to the mean, that uneven light does not have.
 constexpr double kMinContrast = 0.012;

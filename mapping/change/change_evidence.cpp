@@ -78,7 +78,7 @@ bool CellEvidence::MayHaveChanged() const {
   constexpr int kMinViews = 2;
   constexpr double kMinSignal = 0.3;  // of the noise
   constexpr double kMinShare = 0.45;
-  constexpr double kMinLogRatio = 0.012;
+  constexpr double kMinLogRatio = 0.006;
   constexpr double kSpreads = 2.5;
   if (looks.empty() || looks[0].views < kMinViews || measured < kMinViews ||
       same > differ + unclear)
@@ -93,7 +93,7 @@ CellState CellEvidence::VerdictByMeans() const {
   if (measured < kMinMeasured) return CellState::kUnclear;
   constexpr double kMinSignal = 0.5;  // of the noise
   if (signal > kMinSignal * noise && MeanShare() > kOtherShare) return CellState::kTexture;
-  constexpr double kMinLogRatio = 0.02;
+  constexpr double kMinLogRatio = 0.01;
   constexpr double kSpreads = 3;
   return std::abs(MeanLogRatio()) > std::max(kMinLogRatio, kSpreads * LogRatioSpread())
              ? CellState::kBrightness

@@ -138,7 +138,8 @@ store::MapHistory HistorySince(const store::MapHistory& history, const std::stri
 RetirementReport RetireKeyframes(store::MapRevision& revision,
                                  const std::optional<std::uint64_t>& max_bytes,
                                  const KeyframeCoverOptions& cover_options,
-                                 int threads) {
+                                 int threads,
+                                 std::int64_t first_id) {
   RetirementReport report;
   revision.Shrink();
   const store::MapReader& map = revision.Map();
@@ -156,7 +157,7 @@ RetirementReport RetireKeyframes(store::MapRevision& revision,
   graph::EdgeReduction edges(map.ReadEdges(), std::move(poses));
   for (const std::size_t i : RetirementOrder(map, keyframes, cover, threads)) {
     if (fits()) break;
-    if (!cover.IsRedundant(i)) continue;
+    if (keyframes[i].id < first_id || !cover.IsRedundant(i)) continue;
     const std::optional<std::int64_t> heir = edges.Remove(keyframes[i].id);
     if (!heir) continue;
     cover.Retire(i);

@@ -52,10 +52,12 @@ store::MapHistory HistorySince(const store::MapHistory& history, const std::stri
 /// the map. Poses, mosaic and the trajectory stay to the last bit; edges lead past what was removed
 /// (graph::EdgeReduction).
 /// @param max_bytes  of the file; nothing: all that are redundant are retired.
+/// @param first_id  keyframes of smaller ids stay.
 RetirementReport RetireKeyframes(store::MapRevision& revision,
                                  const std::optional<std::uint64_t>& max_bytes,
                                  const KeyframeCoverOptions& cover = {},
-                                 int threads = 0);
+                                 int threads = 0,
+                                 std::int64_t first_id = 0);
 
 /// Writes a map without what the options name. The result appears complete or not at all.
 /// @param output  May be the map itself. @param provenance  Added to that of the map.

@@ -13,12 +13,14 @@ namespace ceilmap::change {
 namespace {
 
 constexpr double kSmoothingPx = 1;  // of both images
+constexpr int kRimPx = 3;           // three standard deviations of the smoothing
 // Of the variance of white noise, what is left after interpolation and smoothing.
 constexpr double kNoiseLeft = 0.07;
-constexpr double kRounding = 0.1;  // variance, grey levels squared
-constexpr double kLit = 240;       // a cell that is as bright as this shows a lit lamp
-constexpr double kUnlit = 220;     // and one that is darker does not
-constexpr double kDark = 16;       // too dark to be levelled
+constexpr double kRounding = 0.1;   // variance, grey levels squared
+constexpr double kLit = 240;        // a cell that is as bright as this shows a lit lamp
+constexpr double kUnlit = 220;      // and one that is darker does not
+constexpr int kMinLampPixels = 13;  // of the 256 of a cell
+constexpr double kDark = 16;        // too dark to be levelled
 // Heights in one cell that differ by more show the edge of something: cameras see it differently.
 constexpr double kMaxRatioSpread = 0.03;
 
@@ -95,6 +97,8 @@ void ViewComparer::Draw(const PlacedView& view, const cv::Rect& window) {
   cv::Mat alpha;
   map_.ReadMosaic(window, stored_, alpha);
   valid_ = (valid_ == 255) & (alpha == 255);
+  // Smoothing mixes pixels at the border with what has no content.
+  cv::erode(valid_, valid_, cv::Mat(), {-1, -1}, kRimPx, cv::BORDER_CONSTANT, none);
   if (ratios.empty()) return;
   // Edges of what hangs below the ceiling.
   cv::Mat low;
@@ -143,6 +147,24 @@ double ViewComparer::NoiseOf(const ViewComparison& result) const {
   return std::max(expected, Median(others));
 }
 
+ViewComparer::LampPixels ViewComparer::LampsIn(const cv::Rect& cell, double gain) const {
+  LampPixels lamp;
+  if (cv::countNonZero(bright_(cell)) == 0) return lamp;
+  const double overexposed = (kUnlit - 20) / gain;  // a surface that would look like a lamp
+  for (int row = cell.y; row < cell.br().y; ++row) {
+    const unsigned char* stored = lit_stored_.ptr(row);
+    const unsigned char* seen = lit_seen_.ptr(row);
+    const unsigned char* stored_around = around_stored_.ptr(row);
+    const unsigned char* seen_around = around_seen_.ptr(row);
+    for (int col = cell.x; col < cell.br().x; ++col) {
+      if (stored[col] != 0 && seen[col] != 0) ++lamp.alike;
+      if (stored[col] != 0 && seen_around[col] < kUnlit) ++lamp.differ;
+      if (seen[col] != 0 && stored_around[col] < std::min(kUnlit, overexposed)) ++lamp.differ;
+    }
+  }
+  return lamp;
+}
+
 /// @param at  in `result`.
 void ViewComparer::Judge(const cv::Point& at, ViewComparison& result) const {
   const CellSums& sums = sums_[static_cast<std::size_t>(at.y * result.cells.width + at.x)];
@@ -151,6 +173,13 @@ void ViewComparer::Judge(const cv::Point& at, ViewComparison& result) const {
   const double as_taken = sums.MeanB() * gain;
   const bool stored_lit = sums.MeanA() >= kLit;
   CellState& state = result.states.ptr<CellState>(at.y)[at.x];
+  const LampPixels lamp = LampsIn(PixelsOf({at.x, at.y, 1, 1}), gain);
+  if (lamp.differ >= kMinLampPixels) {
+    state = CellState::kLamp;
+    ++result.lamps_differ;
+    return;
+  }
+  if (lamp.alike >= kMinLampPixels) ++result.lamps_alike;
   if (stored_lit || as_taken >= kLit) {
     const bool both = stored_lit && (as_taken >= kLit || sums.MeanB() >= kLit);
     // A surface of the map that is so bright in this image that it looks like a lamp.
@@ -159,7 +188,6 @@ void ViewComparer::Judge(const cv::Point& at, ViewComparison& result) const {
     state = both                      ? CellState::kSame
             : overexposed || !differs ? CellState::kUnclear
                                       : CellState::kLamp;
-    result.lamps_alike += both ? 1 : 0;
     result.lamps_differ += state == CellState::kLamp ? 1 : 0;
     return;
   }
@@ -237,7 +265,12 @@ ViewComparison ViewComparer::Compare(const PlacedView& view) {
   const cv::Rect window = PixelsOf(result.cells);
   Draw(view, window);
   constexpr double kSaturated = 248;
-  bright_ = (stored_ >= kSaturated) | (seen_ >= kSaturated);
+  lit_stored_ = stored_ >= kSaturated;
+  lit_seen_ = seen_ >= kSaturated;
+  bright_ = lit_stored_ | lit_seen_;
+  constexpr int kMisplaced = 2;  // pixels, at most
+  cv::dilate(stored_, around_stored_, cv::Mat(), {-1, -1}, kMisplaced);
+  cv::dilate(seen_, around_seen_, cv::Mat(), {-1, -1}, kMisplaced);
   Smooth();
   gains_.create(result.cells.size(), CV_32FC1);
   result.fit = Fit(result.cells);

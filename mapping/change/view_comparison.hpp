@@ -56,6 +56,12 @@ class ViewComparer {
   [[nodiscard]] BrightnessFit FitTo(const PlacedView& view);
 
  private:
+  /// Saturated pixels of a cell: of lamps that may be narrower than it, such as tubes.
+  struct LampPixels {
+    int alike = 0;   ///< in both images
+    int differ = 0;  ///< in one, and no light near them in the other
+  };
+
   void Smooth();
   void Draw(const PlacedView& view, const cv::Rect& window);
   [[nodiscard]] bool IsWhole(const cv::Rect& cell) const;
@@ -63,6 +69,7 @@ class ViewComparer {
   [[nodiscard]] BrightnessFit Fit(const cv::Rect& cells) const;
   [[nodiscard]] double NoiseOf(const ViewComparison& result) const;
   [[nodiscard]] cv::Mat WeightsOf(const PlacedView& view, const cv::Rect& cells) const;
+  [[nodiscard]] LampPixels LampsIn(const cv::Rect& cell, double gain) const;
   void Judge(const cv::Point& at, ViewComparison& result) const;
 
   const store::MapReader& map_;
@@ -73,7 +80,11 @@ class ViewComparer {
   cv::Mat smooth_a_;            // of the map, CV_32FC1
   cv::Mat smooth_b_;            // of the image, CV_32FC1; after LevelBy as bright as the map
   cv::Mat gains_;               // CV_32FC1, image / map, one for each cell
-  cv::Mat bright_;              // 255 where a lamp lights one of the two
+  cv::Mat lit_stored_;          // 255 where a lamp of the map is lit
+  cv::Mat lit_seen_;            // of the image
+  cv::Mat bright_;              // of one of the two
+  cv::Mat around_stored_;       // the brightest pixel near each, of the map
+  cv::Mat around_seen_;         // of the image
   std::vector<CellSums> sums_;  // of each cell, row by row; no pixels where it is not whole
 };
 

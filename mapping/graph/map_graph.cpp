@@ -273,14 +273,17 @@ void PlaceKeyframes(MapGraph& graph,
   }
 }
 
-void Optimize(MapGraph& graph, const PoseGraphParams& params) {
+void Optimize(MapGraph& graph,
+              const PoseGraphParams& params,
+              const std::vector<std::int64_t>& held) {
   // A loop closure with a larger residual, in sigmas, is removed when the rest of the graph agrees
   // without it.
   constexpr double kMaxSigmas = 6;
   if (graph.keyframes.empty()) return;
   const std::vector<Tie> ties = Ties(graph);
   const Legs legs = LegsOf(graph);
-  const std::vector<std::int64_t> fixed = {graph.keyframes.front().id};
+  const std::vector<std::int64_t> fixed =
+      held.empty() ? std::vector<std::int64_t>{graph.keyframes.front().id} : held;
   std::vector<Pose2> poses = PosesById(graph);
   // Where all residuals are larger than the edges' covariances predict, the covariances are wrong
   // and not the edges. Outliers are therefore judged relative to the typical residual on this

@@ -103,7 +103,11 @@ void ScaleMotions(MapGraph& graph,
 /// residuals are larger than the edges' covariances, and the figures of `quality`.
 ///
 /// Every keyframe must be connected with the first by edges.
-void Optimize(MapGraph& graph, const PoseGraphParams& params = {});
+/// @param held  keyframes that keep their poses in place of the first one; covariances are then
+/// relative to them, which are taken as exact.
+void Optimize(MapGraph& graph,
+              const PoseGraphParams& params = {},
+              const std::vector<std::int64_t>& held = {});
 
 /// Finds the spots of kind kAmbiguous and kUnclosed again; those of kind kLost stay unchanged.
 /// @param view_span  span of an image, map units: shorter open paths are not reported.

@@ -67,5 +67,73 @@ TEST_F(UpdateCommand, BadInputIsOneLineAndChangesNothing) {
   EXPECT_TRUE(store::MapReader(test_.out / "m.gpkg").ReadHistory().sessions.empty());
 }
 
+/// A map of the first part of a way, and a recording that begins on it and drives on.
+class UpdateBeyondTheMap : public testing::Test {
+ protected:
+  static constexpr int kWay = 66;
+  static constexpr int kMapped = 40;
+  static constexpr int kFirst = 6;
+
+  void SetUp() override {
+    const std::vector<cv::Mat> images =
+        support::CropAlong(support::SyntheticCeiling({1160, 320}), kImageSize, {12, 1}, kWay);
+    const auto write = [&](const std::string& name, int first, int end) {
+      const std::vector<cv::Mat> part(images.begin() + first, images.begin() + end);
+      support::WriteImages(test_.in / name, part);
+      test_.in.Write(name + ".csv", support::StampsCsv(end - first, 100, 0.1));
+    };
+    write("start", 0, kMapped);
+    write("drive", kFirst, kWay);
+    write("end", kWay - 10, kWay);
+    ASSERT_EQ(Run({"map", "-o", "m.gpkg"}, "start").exit_code, 0);
+  }
+
+  [[nodiscard]] support::ProcessResult Run(std::vector<std::string> words,
+                                           const std::string& recording) const {
+    for (const std::string& word : {std::string("--rig=@rig.yaml"),
+                                    "--up=@" + recording,
+                                    "--stamps=@" + recording + ".csv"}) {
+      words.push_back(word);
+    }
+    return test_.Run(words);
+  }
+
+  Recordings test_;
+};
+
+TEST_F(UpdateBeyondTheMap, AddsNewGroundAndMovesNothing) {
+  const std::vector<graph::Keyframe> before =
+      store::MapReader(test_.out / "m.gpkg").ReadKeyframes();
+  const support::ProcessResult result = Run({"update", "m.gpkg", "-o", "n.gpkg"}, "drive");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("new ground"));
+  const store::MapReader map(test_.out / "n.gpkg");
+  const std::vector<graph::Keyframe> after = map.ReadKeyframes();
+  ASSERT_GT(after.size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(after[i].id, before[i].id);
+    EXPECT_EQ(after[i].pose.T_map_base.x, before[i].pose.T_map_base.x);
+    EXPECT_EQ(after[i].pose.T_map_base.y, before[i].pose.T_map_base.y);
+    EXPECT_EQ(after[i].pose.T_map_base.yaw, before[i].pose.T_map_base.yaw);
+    EXPECT_TRUE(after[i].pose.covariance == before[i].pose.covariance);
+  }
+  // 12 px of 0.01 m to the robot's left for each image.
+  const Pose2 motion = before.front().pose.T_map_base.Inverse() * after.back().pose.T_map_base;
+  const double images = kFirst + static_cast<double>(after.back().pose.frame_index) -
+                        static_cast<double>(before.front().pose.frame_index);
+  EXPECT_NEAR(motion.y, 0.12 * images, 0.01);
+  EXPECT_EQ(map.ReadHistory().sessions.size(), 1U);
+  const support::ProcessResult found = Run({"localize", "n.gpkg", "-o", "t.tum"}, "end");
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+  // The first images of a lost robot are ambiguous.
+  EXPECT_THAT(found.out, HasSubstr("8 of 10"));
+}
+
+TEST_F(UpdateBeyondTheMap, LeavesTheMapAsItIsWhereNewGroundIsNotWanted) {
+  const support::ProcessResult result = Run({"update", "m.gpkg", "--no-new-ground"}, "drive");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(Run({"localize", "m.gpkg", "-o", "t.tum"}, "end").exit_code, 1);
+}
+
 }  // namespace
 }  // namespace ceilmap::integration

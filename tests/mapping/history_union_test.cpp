@@ -96,5 +96,37 @@ TEST(HistoryUnion, ChangesOfAMapThatIsNotInTheUnionAreLeftOut) {
                   .changes.empty());
 }
 
+TEST(HistoryUnion, LooksMoveIntoTheTilesOfTheNewMosaic) {
+  const std::vector<graph::Keyframe> keyframes = {KeyframeAt(0, {0, 0, 0})};
+  store::MosaicGrid before;
+  before.min_x = 0;
+  before.max_y = 0;
+  before.resolution = 0.01;
+  before.width_px = 600;
+  before.height_px = 600;
+  store::MosaicGrid after = before;  // 100 px more to the left, 200 px more at the top
+  after.min_x = -1;
+  after.max_y = 2;
+  after.width_px = 700;
+  after.height_px = 800;
+  store::Look look;
+  look.id = 1;
+  look.session = 3;
+  look.origin_px = {256, 0};
+  look.image = cv::Mat(store::Look::kSizePx, store::Look::kSizePx, CV_8UC1, cv::Scalar(0));
+  look.image(cv::Rect(100, 10, 30, 60)).setTo(90);
+  const std::vector<store::Look> moved = MoveLooks({look}, {before, keyframes}, {after, keyframes});
+  // Columns 356 to 386 become 456 to 486, rows 10 to 70 become 210 to 270: two tiles.
+  ASSERT_EQ(moved.size(), 2U);
+  EXPECT_EQ(moved[0].origin_px, cv::Point(256, 0));
+  EXPECT_EQ(moved[1].origin_px, cv::Point(256, 256));
+  EXPECT_EQ(moved[1].id, 2);
+  EXPECT_EQ(moved[1].session, 3);
+  EXPECT_EQ(cv::countNonZero(moved[0].image), 30 * 46);
+  EXPECT_EQ(cv::countNonZero(moved[0].image(cv::Rect(200, 210, 30, 46)) == 90), 30 * 46);
+  EXPECT_EQ(cv::countNonZero(moved[1].image(cv::Rect(200, 0, 30, 14)) == 90), 30 * 14);
+  EXPECT_EQ(cv::countNonZero(moved[1].image), 30 * 14);
+}
+
 }  // namespace
 }  // namespace ceilmap::mapping

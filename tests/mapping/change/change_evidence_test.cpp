@@ -46,7 +46,7 @@ TEST(ChangeEvidence, WhatIsSoonGoneIsNone) {
 }
 
 TEST(ChangeEvidence, ManyImagesTellWhatOneDoesNot) {
-  for (const float log_ratio : {0.0F, 0.01F, 0.05F}) {
+  for (const float log_ratio : {0.0F, 0.006F, 0.05F}) {
     ChangeEvidence evidence(kAll);
     for (int i = 0; i < 4; ++i) {
       ViewComparison view = SameView({0, 0, 3, 3});
@@ -57,7 +57,7 @@ TEST(ChangeEvidence, ManyImagesTellWhatOneDoesNot) {
       evidence.Add(view);
     }
     EXPECT_EQ(evidence.At({1, 1})->Verdict(),
-              log_ratio > 0.02F ? CellState::kBrightness : CellState::kUnclear);
+              log_ratio > 0.01F ? CellState::kBrightness : CellState::kUnclear);
   }
   ChangeEvidence evidence(kAll);
   for (int i = 0; i < 4; ++i) {
