@@ -64,7 +64,6 @@ class PairRegistrar {
   explicit PairRegistrar(bool fixed_scale) {
     params_.estimate_scale = !fixed_scale;
     params_.local_features = true;
-    params_.any_places = true;
   }
 
   // @throws InputError when an image cannot be read or the sizes differ.
@@ -85,7 +84,7 @@ class PairRegistrar {
     const auto start = std::chrono::steady_clock::now();
     const registration::FrameSpectrum reference_spectrum = registrar.Analyze(reference);
     const registration::FrameSpectrum current_spectrum = registrar.Analyze(current);
-    PairResult result{pair.id, registrar.Register(reference_spectrum, current_spectrum)};
+    PairResult result{pair.id, registrar.RegisterAnyPlaces(reference_spectrum, current_spectrum)};
     result.ms = terminal::MillisecondsSince(start);
     return result;
   }

@@ -48,7 +48,6 @@ Found Register(const py::array& reference_array,
   registration::RegistrarParams params;
   params.estimate_scale = !fixed_scale;
   params.local_features = true;
-  params.any_places = true;
   if (mask_array) {
     params.mask = ImageView(*mask_array, "mask");
     if (params.mask.size() != reference.size()) {
@@ -57,7 +56,7 @@ Found Register(const py::array& reference_array,
   }
   const py::gil_scoped_release unlocked;
   registration::Registrar registrar(reference.size(), params);
-  return {registrar.Register(registrar.Analyze(reference), registrar.Analyze(current)),
+  return {registrar.RegisterAnyPlaces(registrar.Analyze(reference), registrar.Analyze(current)),
           reference.size()};
 }
 

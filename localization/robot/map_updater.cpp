@@ -22,8 +22,9 @@
 namespace ceilmap::robot {
 namespace {
 
-// A robot that is lost for fewer frames has not left the map.
+// A robot that is lost for fewer frames has not left the map; the first search takes longer.
 constexpr std::int64_t kMinLost = 3;
+constexpr std::int64_t kMinSearch = 10;
 
 /// Whether a pose is exact enough for pixels to be compared.
 bool IsExact(const Estimate& estimate, const localization::SeenCeiling& seen) {
@@ -65,7 +66,8 @@ struct MapUpdater::Impl {
         evidence(change::CellsOf(revision.Map().Grid())) {}
 
   [[nodiscard]] bool IsDue(const localization::SeenCeiling& seen) const;
-  [[nodiscard]] bool IsAtBorder(const mosaic::ViewPlacement& view, cv::Size size) const;
+  [[nodiscard]] bool LeftMap(const std::optional<mosaic::ViewPlacement>& next) const;
+  [[nodiscard]] bool IsAtBorder(const mosaic::ViewPlacement& view) const;
   void NotePlaced(const localization::SeenCeiling& seen);
   void CheckBelongs(const change::SessionOutcome& outcome) const;
 
@@ -78,8 +80,9 @@ struct MapUpdater::Impl {
   std::optional<Pose2> last;  // view that was compared last
   std::int64_t frames = 0;
   std::int64_t placed = 0;
-  std::int64_t unplaced_run = 0;  // frames since the last one that was placed
-  bool at_border = false;         // the view of that one
+  std::int64_t unplaced_run = 0;                     // frames since the last one that was placed
+  std::optional<mosaic::ViewPlacement> last_placed;  // its view
+  cv::Size view_size;
   MapUpdateReport report;
 };
 
@@ -92,15 +95,15 @@ bool MapUpdater::Impl::IsDue(const localization::SeenCeiling& seen) const {
 }
 
 /// Whether much of a view lies beyond the mosaic.
-bool MapUpdater::Impl::IsAtBorder(const mosaic::ViewPlacement& view, cv::Size size) const {
+bool MapUpdater::Impl::IsAtBorder(const mosaic::ViewPlacement& view) const {
   constexpr int kSteps = 8;
   constexpr double kMinInside = 0.75;
   const store::MosaicGrid& grid = revision.Map().Grid();
   const cv::Rect all(0, 0, grid.width_px, grid.height_px);
   int inside = 0;
   for (int i = 0; i < kSteps * kSteps; ++i) {
-    const double u = (i % kSteps + 0.5) / kSteps * size.width;
-    const double v = (i / kSteps + 0.5) / kSteps * size.height;
+    const double u = (i % kSteps + 0.5) / kSteps * view_size.width;
+    const double v = (i / kSteps + 0.5) / kSteps * view_size.height;
     const cv::Point2d p = view.ToMap(u, v);
     const cv::Point pixel(cvFloor((p.x - grid.min_x) / grid.resolution),
                           cvFloor((grid.max_y - p.y) / grid.resolution));
@@ -113,13 +116,19 @@ bool MapUpdater::Impl::IsAtBorder(const mosaic::ViewPlacement& view, cv::Size si
   return inside < kMinInside * kSteps * kSteps;
 }
 
-/// A robot that is lost beside the border of the map has left it, or comes from outside.
+/// A robot that was lost beside the border of the map had left it, or comes from outside.
+/// @param next  the view with which it was found again.
+bool MapUpdater::Impl::LeftMap(const std::optional<mosaic::ViewPlacement>& next) const {
+  if (unplaced_run < (last_placed ? kMinLost : kMinSearch)) return false;
+  return (last_placed && IsAtBorder(*last_placed)) || (next && IsAtBorder(*next));
+}
+
 void MapUpdater::Impl::NotePlaced(const localization::SeenCeiling& seen) {
-  const bool was_lost = unplaced_run >= kMinLost;
-  const bool was_at_border = at_border;
+  const mosaic::ViewPlacement view = PlacementOf(seen);
+  view_size = seen.grey.size();
+  report.left_map = report.left_map || LeftMap(view);
   unplaced_run = 0;
-  at_border = IsAtBorder(PlacementOf(seen), seen.grey.size());
-  report.left_map = report.left_map || (was_lost && (was_at_border || at_border));
+  last_placed.emplace(view);
 }
 
 /// A recording of another building must not change the map.
@@ -179,7 +188,7 @@ MapUpdateReport MapUpdater::Finish(store::Session session) {
   change::SessionOutcome outcome = change::DecideChanges(
       me.evidence, regions, map.Grid(), map.ReadHistory(), std::move(session), me.options.at_once);
   me.CheckBelongs(outcome);
-  me.report.left_map = me.report.left_map || (me.at_border && me.unplaced_run >= kMinLost);
+  me.report.left_map = me.report.left_map || me.LeftMap(std::nullopt);
   me.report.views = me.evidence.Views();
   me.report.confirmed = outcome.confirmed;
   me.report.candidates = outcome.candidates;

@@ -9,6 +9,8 @@ namespace ceilmap::registration {
 /// Blocks overlap by half, and their noise is not white: the evidence counts the same content this
 /// many times.
 inline constexpr double kCountedTimes = 20;
+/// Largest evidence of one block, nats.
+inline constexpr float kMaxBlockNats = 20;
 
 /// Evidence on a lattice of motions: shifts of whole pixels and turns, about a start.
 struct EvidenceLattice {

@@ -245,9 +245,14 @@ Registration Registrar::Register(const FrameSpectrum& reference,
   if (reference.heights_) {
     return impl_->FindWithDepth(reference, *reference.heights_, current, prior, std::nullopt);
   }
-  Registration found = search.Find(ref, cur, prior);
-  if (found.ok() && !prior && impl_->params.any_places &&
-      !impl_->Aliasing().Distinguishes(ref, cur, found.motion)) {
+  return search.Find(ref, cur, prior);
+}
+
+Registration Registrar::RegisterAnyPlaces(const FrameSpectrum& reference,
+                                          const FrameSpectrum& current) {
+  Registration found = Register(reference, current);
+  if (found.ok() &&
+      !impl_->Aliasing().Distinguishes(*reference.data_, *current.data_, found.motion)) {
     found.verdict = Verdict::kAmbiguous;
   }
   return found;

@@ -89,11 +89,6 @@ struct RegistrarParams {
   /// longer; a pair of 640x480 without a match takes 10 ms more, and 20 to 30 ms once for each
   /// image.
   bool local_features = false;
-  /// Images that are registered without a prior may show any two places, as a pair of unknown
-  /// origin does: a match must then be supported by more than a grid, which agrees everywhere
-  /// (AliasingCheck); else it is ambiguous. Takes a few times as long as the registration. False:
-  /// whoever calls checks the motion by other means, as odometry and localization do.
-  bool any_places = false;
   int final_blocks = 48;  ///< blocks of the last rounds
   /// Of the images, for ceilings with depth: the principal point must be known. Focal length 0: not
   /// known, and not needed for a level robot.
@@ -189,8 +184,13 @@ class Registrar {
                                       const FrameSpectrum& current,
                                       const std::optional<MotionPrior>& prior = std::nullopt,
                                       Effort effort = Effort::kFull);
+  /// As Register without a prior, of images that may show any two places, as a pair of unknown
+  /// origin does: a match must be supported by more than a grid, which agrees everywhere
+  /// (AliasingCheck); else it is ambiguous. Takes about twice as long.
+  [[nodiscard]] Registration RegisterAnyPlaces(const FrameSpectrum& reference,
+                                               const FrameSpectrum& current);
 
-  /// The same where nothing is known of the heights of the reference, and the ceiling may have
+  /// As Register where nothing is known of the heights of the reference, and the ceiling may have
   /// depth. The result has heights. @param start  A motion near which the true one may be, as the
   /// prior's: of a registration that takes the ceiling to be plane.
   [[nodiscard]] Registration RegisterWithDepth(

@@ -103,26 +103,20 @@ TEST_F(AliasingCheckTest, AMarkDistinguishesEqualTiles) {
 /// Through the registrar, as `ceilmap register` does it: without the check, this pair of other
 /// places is a match.
 TEST_F(AliasingCheckTest, RegistrarSaysAmbiguousWhereOnlyTheGridAgrees) {
-  RegistrarParams careful;
-  careful.any_places = true;
-  Registrar with(kSize, careful);
-  Registrar without(kSize);
+  Registrar registrar(kSize);
   CeilingParams ceiling = GrainyTiles(7);
   ceiling.tile_grey = 5;
   const ImageMotion motion{20, -15, 0.02, 1};
-  const FrameSpectrum here = with.Analyze(SyntheticCeiling(ceiling).Render(kSize, {}, 1.5, 10));
+  const FrameSpectrum here =
+      registrar.Analyze(SyntheticCeiling(ceiling).Render(kSize, {}, 1.5, 10));
   const FrameSpectrum moved =
-      with.Analyze(SyntheticCeiling(ceiling).Render(kSize, motion, 1.5, 11));
-  EXPECT_THAT(with.Register(here, moved), IsMotion(motion, 0.1, 0.05));
+      registrar.Analyze(SyntheticCeiling(ceiling).Render(kSize, motion, 1.5, 11));
+  EXPECT_THAT(registrar.RegisterAnyPlaces(here, moved), IsMotion(motion, 0.1, 0.05));
   ceiling.seed = 105;
   const FrameSpectrum elsewhere =
-      with.Analyze(SyntheticCeiling(ceiling).Render(kSize, motion, 1.5, 11));
-  EXPECT_TRUE(without.Register(here, elsewhere).ok());
-  EXPECT_EQ(with.Register(here, elsewhere).verdict, Verdict::kAmbiguous);
-  // With a prediction the caller decides.
-  const MotionPrior prior{motion, 5, 0.02};
-  EXPECT_EQ(with.Register(here, elsewhere, prior).verdict,
-            without.Register(here, elsewhere, prior).verdict);
+      registrar.Analyze(SyntheticCeiling(ceiling).Render(kSize, motion, 1.5, 11));
+  EXPECT_TRUE(registrar.Register(here, elsewhere).ok());
+  EXPECT_EQ(registrar.RegisterAnyPlaces(here, elsewhere).verdict, Verdict::kAmbiguous);
 }
 
 TEST_F(AliasingCheckTest, ACeilingWithoutPeriodIsNotJudged) {
