@@ -1,0 +1,129 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "mapping/registration/joint_stage.hpp"
+
+namespace ceilmap::registration {
+namespace {
+
+// Evidence of chance: the best of the motions near a wrong one has a quarter of a nat per block, as
+// all have, and this for the root of their number, nats.
+constexpr double kMeanChanceNats = 0.25;
+constexpr double kChanceNats = 6;
+
+double ChanceOf(std::size_t blocks) {
+  const auto count = static_cast<double>(blocks);
+  return kMeanChanceNats * count + kChanceNats * std::sqrt(count);
+}
+
+}  // namespace
+
+/// Motions of the expectation's lattice whose own lattices cover it together; empty: too many.
+std::vector<Eigen::Vector3d> JointStage::Centres(const Lattice& lattice,
+                                                 double sigma_px,
+                                                 double sigma_rad) const {
+  // Of a part of the expectation the right motion may be outside, and one that is a period of the
+  // ceiling away inside.
+  constexpr double kCovered = 2.5;  // standard deviations
+  constexpr int kMaxCentres = 75;
+  const auto on_each_side = [](double wanted, int reach) {
+    return static_cast<int>(std::ceil((wanted - reach) / (2 * reach + 1) - 1e-9));
+  };
+  const int shifts = std::max(0, on_each_side(kCovered * sigma_px / frame_.factor, lattice.reach));
+  const int turns =
+      std::max(0, on_each_side(kCovered * sigma_rad / lattice.turn_step, lattice.turns));
+  std::vector<Eigen::Vector3d> centres;
+  if ((2 * shifts + 1) * (2 * shifts + 1) * (2 * turns + 1) > kMaxCentres) return centres;
+  const int turn_side = 2 * lattice.turns + 1;
+  for (int turn = -turns; turn <= turns; ++turn) {
+    for (int y = -shifts; y <= shifts; ++y) {
+      for (int x = -shifts; x <= shifts; ++x) {
+        centres.emplace_back(x * lattice.Side(), y * lattice.Side(), turn * turn_side);
+      }
+    }
+  }
+  return centres;
+}
+
+/// Adds the posterior over one lattice.
+/// @param centre  of the lattice, from the expectation, lattice steps.
+/// @param information  of the expectation, lattice steps.
+void JointStage::Accumulate(const Lattice& lattice,
+                            const Eigen::Vector3d& centre,
+                            const Eigen::Matrix3d& information,
+                            Moments& moments) const {
+  const double chance = ChanceOf(centres_.size());
+  const Eigen::Matrix2d turned =
+      Eigen::Rotation2Dd(centre.z() * lattice.turn_step).toRotationMatrix();
+  for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) {
+    for (int y = -lattice.reach; y <= lattice.reach; ++y) {
+      for (int x = -lattice.reach; x <= lattice.reach; ++x) {
+        Eigen::Vector3d at = centre;
+        at.head<2>() += turned * Eigen::Vector2d(x, y);
+        at.z() += turn;
+        const double nats = (lattice.At(turn, y, x) - chance) / kCountedTimes;
+        // Or this image tells nothing.
+        const double weight = (1 + std::exp(nats)) * std::exp(-0.5 * at.dot(information * at));
+        moments.weight += weight;
+        moments.sum += weight * at;
+        moments.squares += weight * at * at.transpose();
+      }
+    }
+  }
+}
+
+Registration JointStage::Posterior(const Images& images,
+                                   const ImageMotion& expected,
+                                   const Eigen::Matrix3d& covariance) {
+  Registration result;
+  result.jointly = true;
+  result.motion = expected;
+  ImageMotion start = frame_.FromFull(expected);
+  start.scale = 1;
+  const double sigma_px = std::sqrt(covariance.topLeftCorner<2, 2>().trace());
+  const double sigma_rad = std::sqrt(covariance(2, 2));
+  Lattice lattice = LatticeFor(sigma_px, sigma_rad);
+  const Eigen::Matrix3d axes = FullAxes(lattice, start);
+  const Eigen::Matrix3d information = axes.transpose() * covariance.inverse() * axes;
+  Moments moments;
+  bool tells = false;
+  for (const Eigen::Vector3d& centre : Centres(lattice, sigma_px, sigma_rad)) {
+    if (!MeasureSurfaces(images, MotionAt(lattice, start, centre))) continue;
+    AddUp(lattice);
+    const double chance = ChanceOf(centres_.size());
+    tells = tells || *std::max_element(lattice.nats.begin(), lattice.nats.end()) >= chance;
+    Accumulate(lattice, centre, information, moments);
+  }
+  if (!tells) {
+    // Chance must not narrow the expectation, nor must a part of it.
+    if (!MeasureSurfaces(images, start)) return result;
+    result.blocks = static_cast<int>(centres_.size());
+    result.verdict = Verdict::kOk;
+    result.covariance.topLeftCorner<3, 3>() = covariance;
+    return result;
+  }
+  const Eigen::Vector3d mean = moments.sum / moments.weight;
+  // The lattice is coarser than a narrow posterior.
+  constexpr double kLatticeVariance = 1.0 / 12;
+  const Eigen::Matrix3d spread = moments.squares / moments.weight - mean * mean.transpose() +
+                                 kLatticeVariance * Eigen::Matrix3d::Identity();
+  const ImageMotion found = MotionAt(lattice, start, mean);
+  result.motion = frame_.ToFull(found);
+  result.covariance.topLeftCorner<3, 3>() = axes * spread * axes.transpose();
+  // What agrees there.
+  lattice.reach = 0;
+  lattice.turns = 0;
+  if (!MeasureSurfaces(images, found)) return result;
+  AddUp(lattice);
+  result.verdict = Verdict::kOk;
+  result.overlap = OverlapOf(found, frame_.size);
+  result.blocks = static_cast<int>(centres_.size());
+  result.inliers = CountAgreeing(lattice, {});
+  const double all = kMaxBlockNats * result.blocks;
+  result.peak = lattice.At(0, 0, 0) / all;
+  result.runner_up = ChanceOf(centres_.size()) / all;
+  return result;
+}
+
+}  // namespace ceilmap::registration
