@@ -134,15 +134,14 @@ std::vector<store::Look> MoveLooks(const std::vector<store::Look>& looks,
     const std::optional<Pose2> motion = MotionAt(middle, before.keyframes, poses);
     if (!motion) continue;
     cv::Rect2d box;  // of the new mosaic
-    for (const int corner : {0, 1, 2, 3}) {
-      const Eigen::Vector2d p = *motion * CentreOf(before.grid,
-                                                   look.origin_px.x + (corner % 2) * kSize,
-                                                   look.origin_px.y + (corner / 2) * kSize);
+    for (const cv::Point corner : {cv::Point(0, 0), {kSize, 0}, {0, kSize}, {kSize, kSize}}) {
+      const cv::Point of_old = look.origin_px + corner;
+      const Eigen::Vector2d p = *motion * CentreOf(before.grid, of_old.x, of_old.y);
       const cv::Rect2d at((p.x() - after.grid.min_x) / after.grid.resolution - 1,
                           (after.grid.max_y - p.y()) / after.grid.resolution - 1,
                           2,
                           2);
-      box = corner == 0 ? at : box | at;
+      box = box.empty() ? at : box | at;
     }
     box &= cv::Rect2d(0, 0, after.grid.width_px, after.grid.height_px);
     if (box.empty()) continue;

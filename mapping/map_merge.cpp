@@ -171,9 +171,10 @@ MergeResult MergeGraphs(const calib::CeilingView& view,
   merged.graph.quality.loops += closer.Counts();
   graph::MoveKeyframes(merged.graph, closer.Graph().Poses());
   const std::int64_t outliers = merged.graph.quality.loops.outliers;
-  const bool hold_part = held == HeldPoses::kFirstPart && !parts.front().keyframes.empty();
-  graph::Optimize(merged.graph, pose_graph, hold_part ? ids.front() : std::vector<std::int64_t>());
-  if (hold_part) Restore(parts.front(), merged.graph);
+  const bool holds_first = held == HeldPoses::kFirstPart && !parts.front().keyframes.empty();
+  graph::Optimize(
+      merged.graph, pose_graph, holds_first ? ids.front() : std::vector<std::int64_t>());
+  if (holds_first) Restore(parts.front(), merged.graph);
   const std::int64_t bad = merged.graph.quality.loops.outliers - outliers;
   if (across > 0 && static_cast<double>(bad) > kMaxOutlierRatio * static_cast<double>(across)) {
     JoinResult& last = merged.results[joined.joined.back()];

@@ -197,7 +197,7 @@ robot::CeilingMapperParams MapperParamsFor(const MapOptions& params,
   mapper.sensors = sensors.Params(settings.sensors);
   mapper.mapping = settings.mapping;
   mapper.mapping.origin = params.T_map_first;
-  mapper.append = params.append;
+  if (params.append) mapper.append = mapping::HeldPoses::kFirstKeyframe;
   mapper.resolution = params.resolution;
   mapper.source = params.up;
   mapper.provenance = ProvenanceOf(params, common);

@@ -28,8 +28,7 @@ void Extend(const LocalizeInputs& inputs, const fs::path& map, const std::string
   robot::CeilingMapperParams params;
   params.sensors = sensors.Params(settings.sensors);
   params.mapping = settings.mapping;
-  params.append = true;
-  params.held = mapping::HeldPoses::kFirstPart;
+  params.append = mapping::HeldPoses::kFirstPart;
   params.source = inputs.up;
   params.provenance = provenance + "; new ground; " + ResultDate();
   robot::CeilingMapper mapper(*rig, map, params);

@@ -92,7 +92,7 @@ std::unique_ptr<PyMapper> MakeMapper(const std::optional<calib::Rig>& rig,
   params.sensors = read.sensors;
   params.mapping = read.mapping;
   if (origin) params.mapping.origin = ToPose(*origin, "origin");
-  params.append = append;
+  if (append) params.append = mapping::HeldPoses::kFirstKeyframe;
   params.resolution = resolution;
   params.provenance = provenance;
   SensorArguments{tilt, heading_model}.Apply(rig ? &*rig : nullptr, params.sensors);

@@ -62,7 +62,7 @@ struct CeilingMapper::Impl {
         mapping(params.mapping),
         view(ceiling_view),
         metadata(Describe(rig, view, params)) {
-    if (params.append) extension.emplace(map, metadata, params.resolution, params.held);
+    if (params.append) extension.emplace(map, metadata, params.resolution, *params.append);
     writer.emplace(map, extension ? extension->Metadata() : metadata);
     // The writer holds the map's name from here on.
     if (extension) extension->CheckCurrent();

@@ -23,9 +23,8 @@ struct CeilingMapperParams {
   SensorsParams sensors;
   mapping::MapperParams mapping;
   /// Extend the map, wherever on it the recording begins. mapping.origin is then not used.
-  bool append = false;
-  /// With `append`: which poses may change (mapping::HeldPoses).
-  mapping::HeldPoses held = mapping::HeldPoses::kFirstKeyframe;
+  /// The value says which of its poses may change; nothing: the map is made anew.
+  std::optional<mapping::HeldPoses> append;
   /// Of the mosaic, map units per pixel, > 0; nothing: that of the camera, or of the extended map.
   std::optional<double> resolution;
   std::string source = "the recording";  ///< its name in messages

@@ -102,8 +102,10 @@ bool MapUpdater::Impl::IsAtBorder(const mosaic::ViewPlacement& view) const {
   const cv::Rect all(0, 0, grid.width_px, grid.height_px);
   int inside = 0;
   for (int i = 0; i < kSteps * kSteps; ++i) {
-    const double u = (i % kSteps + 0.5) / kSteps * view_size.width;
-    const double v = (i / kSteps + 0.5) / kSteps * view_size.height;
+    const int column = i % kSteps;
+    const int row = i / kSteps;
+    const double u = (column + 0.5) / kSteps * view_size.width;
+    const double v = (row + 0.5) / kSteps * view_size.height;
     const cv::Point2d p = view.ToMap(u, v);
     const cv::Point pixel(cvFloor((p.x - grid.min_x) / grid.resolution),
                           cvFloor((grid.max_y - p.y) / grid.resolution));

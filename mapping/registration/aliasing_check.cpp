@@ -5,7 +5,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "mapping/registration/aperiodic_part.hpp"
+#include "mapping/registration/aperiodic.hpp"
 
 namespace ceilmap::registration {
 namespace {

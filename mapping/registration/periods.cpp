@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "mapping/registration/aperiodic_part.hpp"
+#include "mapping/registration/aperiodic.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kLineSigmaPx = 3;
 constexpr double kClip = 3;
 // ... and this part of that of the clearest period: one set of lines alone agrees with itself under
 // all shifts along them.
-constexpr double kMinRelative = 0.75;
+constexpr double kMinOfClearest = 0.75;
 constexpr int kNeighbourhoodPx = 9;  // in which a peak is the highest
 
 cv::Size PaddedFor(cv::Size size) {
@@ -118,7 +118,7 @@ std::vector<Eigen::Vector2d> PeriodFinder::Find(const cv::Mat& image) {
       PeaksOf(surface, of_window_, reach_, kShortest * std::max(size_.width, size_.height));
   for (const Peak& peak : peaks) {
     if (periods.size() == kMaxPeriods) break;
-    if (peak.height >= kMinRelative * peaks.front().height) periods.push_back(peak.shift);
+    if (peak.height >= kMinOfClearest * peaks.front().height) periods.push_back(peak.shift);
   }
   return periods;
 }

@@ -83,7 +83,7 @@ TEST_F(CeilingMapperTest, ExtendsAMap) {
     (void)mapper.Finish();
   }
   CeilingMapperParams params;
-  params.append = true;
+  params.append = mapping::HeldPoses::kFirstKeyframe;
   CeilingMapper mapper(rig_, file_, params);
   for (int i = 8; i < 24; ++i) (void)mapper.AddCeiling(ImageAt(i));
   const mapping::MappingResult result = mapper.Finish();
@@ -117,7 +117,7 @@ TEST_F(CeilingMapperTest, BadInputIsRefused) {
   EXPECT_THROW(CeilingMapper(calib::Rig{}, file_), InputError);
   EXPECT_THROW(CeilingMapper(rig_, folder_ / "none" / "map.gpkg"), InputError);
   CeilingMapperParams params;
-  params.append = true;
+  params.append = mapping::HeldPoses::kFirstKeyframe;
   EXPECT_THROW(CeilingMapper(rig_, file_, params), InputError) << "nothing to extend";
   CeilingMapper mapper(rig_, file_);
   EXPECT_THROW(mapper.AddCeiling({cv::Mat(100, 100, CV_8UC1), 1, 0}), InputError);

@@ -66,7 +66,7 @@ TEST_F(MappingLogicTest, AMapThatGrowsAgainHasNoPosesUntilItIsSaved) {
     for (int i = 0; i < 15; ++i) (void)Next(i, logic);
     ASSERT_TRUE(Save(logic).success);
   }
-  params_.mapper.append = true;
+  params_.mapper.append = ceilmap::mapping::HeldPoses::kFirstKeyframe;
   MappingLogic logic(LabDrive::Rig(), params_);
   for (int i = 8; i < 24; ++i) {
     const auto fix = Next(i, logic);

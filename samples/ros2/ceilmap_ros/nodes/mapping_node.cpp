@@ -29,8 +29,9 @@ std::unique_ptr<MappingLogic> MakeLogic(rclcpp::Node& node, const CommonParamete
   if (params.map.empty()) throw ceilmap::InputError("the parameter 'map' is empty; set NAME.gpkg");
   params.mapper.sensors = parameters.settings.sensors;
   params.mapper.mapping = parameters.settings.mapping;
-  params.mapper.append =
-      Declare<bool>(node, "append", false, "Extend the map, wherever on it the robot starts");
+  if (Declare<bool>(node, "append", false, "Extend the map, wherever on it the robot starts")) {
+    params.mapper.append = ceilmap::mapping::HeldPoses::kFirstKeyframe;
+  }
   params.mapper.mapping.origin = ToOrigin(Declare<std::vector<double>>(
       node,
       "origin",

@@ -1,4 +1,4 @@
-#include "mapping/registration/aperiodic_part.hpp"
+#include "mapping/registration/aperiodic.hpp"
 
 #include <algorithm>
 #include <array>
