@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <future>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -69,6 +70,8 @@ struct MapUpdater::Impl {
   [[nodiscard]] bool LeftMap(const std::optional<mosaic::ViewPlacement>& next) const;
   [[nodiscard]] bool IsAtBorder(const mosaic::ViewPlacement& view) const;
   void NotePlaced(const localization::SeenCeiling& seen);
+  void Compare(const localization::SeenCeiling& seen);
+  void AwaitComparison();
   void CheckBelongs(const change::SessionOutcome& outcome) const;
 
   MapUpdaterOptions options;
@@ -84,6 +87,7 @@ struct MapUpdater::Impl {
   std::optional<mosaic::ViewPlacement> last_placed;  // its view
   cv::Size view_size;
   MapUpdateReport report;
+  std::future<void> comparison;  // the latest; last, so that it ends before what it uses
 };
 
 bool MapUpdater::Impl::IsDue(const localization::SeenCeiling& seen) const {
@@ -128,6 +132,7 @@ bool MapUpdater::Impl::LeftMap(const std::optional<mosaic::ViewPlacement>& next)
 void MapUpdater::Impl::NotePlaced(const localization::SeenCeiling& seen) {
   const mosaic::ViewPlacement view = PlacementOf(seen);
   view_size = seen.grey.size();
+  if (unplaced_run > 0) AwaitComparison();
   report.left_map = report.left_map || LeftMap(view);
   unplaced_run = 0;
   last_placed.emplace(view);
@@ -172,16 +177,31 @@ void MapUpdater::Add(const Estimate& estimate) {
   ++me.placed;
   if (estimate.seen) me.NotePlaced(*estimate.seen);
   if (!estimate.seen || !IsExact(estimate, *estimate.seen) || !me.IsDue(*estimate.seen)) return;
-  const StageTimer timer(me.report.compare_ms);
-  const localization::SeenCeiling& seen = *estimate.seen;
-  const change::ViewComparison compared =
-      me.comparer.Compare({seen.grey, seen.mask, PlacementOf(seen), seen.m_per_px});
-  me.last = seen.T_map_view;
-  me.evidence.Add(compared);
+  me.last = estimate.seen->T_map_view;
+  me.Compare(*estimate.seen);
+}
+
+/// While the next frame is localized, on another core. One comparison at a time: their order, and
+/// with it the map, does not depend on threads.
+void MapUpdater::Impl::Compare(const localization::SeenCeiling& seen) {
+  AwaitComparison();
+  localization::SeenCeiling kept = seen;
+  kept.grey = seen.grey.clone();  // the next frame uses its memory again
+  comparison = std::async(
+      options.threads == 1 ? std::launch::deferred : std::launch::async,
+      [this, kept = std::move(kept)] {
+        const StageTimer timer(report.compare_ms);
+        evidence.Add(comparer.Compare({kept.grey, kept.mask, PlacementOf(kept), kept.m_per_px}));
+      });
+}
+
+void MapUpdater::Impl::AwaitComparison() {
+  if (comparison.valid()) comparison.get();
 }
 
 MapUpdateReport MapUpdater::Finish(store::Session session) {
   Impl& me = *impl_;
+  me.AwaitComparison();
   std::optional<StageTimer> timer(std::in_place, me.report.refresh_ms);
   session.frames = me.frames;
   session.placed = me.placed;
