@@ -4,7 +4,9 @@
 #include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "calib/base/parallel.hpp"
 #include "calib/level_view.hpp"
@@ -228,26 +230,28 @@ RefreshReport RefreshMap(const ChangeEvidence& evidence,
   refreshers.reserve(static_cast<std::size_t>(workers));
   for (int i = 0; i < workers; ++i) refreshers.emplace_back(map, fresh, heights);
   // Written in their order, so that the bytes of the file do not depend on the threads.
-  struct Renewed {
-    bool any = false;
-    cv::Mat image;
-    cv::Mat descriptors;
-  };
-  std::vector<Renewed> renewed(refreshers.size());
-  for (std::size_t first = 0; first < views.size(); first += renewed.size()) {
-    const std::size_t count = std::min(renewed.size(), views.size() - first);
-    ParallelFor(static_cast<int>(count), workers, [&](int k) {
-      const auto i = static_cast<std::size_t>(k);
-      Renewed& to = renewed[i];
-      to = {};
-      to.any =
-          refreshers[i].Refresh(keyframes[first + i], views[first + i], to.image, to.descriptors);
+  constexpr int kBatch = 16;  // images in memory, per thread
+  const std::size_t step = refreshers.size() * kBatch;
+  for (std::size_t first = 0; first < views.size(); first += step) {
+    const std::size_t count = std::min(step, views.size() - first);
+    std::vector<std::optional<store::MapRevision::NewImage>> renewed(count);
+    ParallelFor(workers, workers, [&](int worker) {
+      for (auto i = static_cast<std::size_t>(worker); i < count; i += refreshers.size()) {
+        store::MapRevision::NewImage to;
+        to.keyframe_id = keyframes[first + i].id;
+        if (refreshers[static_cast<std::size_t>(worker)].Refresh(
+                keyframes[first + i], views[first + i], to.image, to.descriptors)) {
+          renewed[i] = std::move(to);
+        }
+      }
     });
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!renewed[i].any) continue;
-      revision.ReplaceImage(keyframes[first + i].id, renewed[i].image, renewed[i].descriptors);
-      ++report.keyframes;
+    std::vector<store::MapRevision::NewImage> images;
+    images.reserve(count);
+    for (auto& to : renewed) {
+      if (to) images.push_back(std::move(*to));
     }
+    revision.ReplaceImages(images, workers);
+    report.keyframes += static_cast<int>(images.size());
   }
   return report;
 }

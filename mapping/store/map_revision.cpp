@@ -10,6 +10,7 @@
 
 #include "calib/base/atomic_file.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/parallel.hpp"
 #include "calib/base/remote_name.hpp"
 #include "mapping/store/attribute_tables.hpp"
 #include "mapping/store/feature_tables.hpp"
@@ -253,20 +254,28 @@ void MapRevision::WriteMosaic(const cv::Rect& window, const cv::Mat& grey, const
   }
 }
 
-void MapRevision::ReplaceImage(std::int64_t keyframe_id,
-                               const cv::Mat& image,
-                               const cv::Mat& descriptors) {
-  if (image.type() != CV_8UC1 || image.size() != impl_->metadata.view_size) {
-    throw InputError("keyframe " + std::to_string(keyframe_id) +
-                     ": the image must be 8 bit grey and of the view's size");
+void MapRevision::ReplaceImages(const std::vector<NewImage>& images, int threads) {
+  for (const NewImage& to : images) {
+    if (to.image.type() != CV_8UC1 || to.image.size() != impl_->metadata.view_size) {
+      throw InputError("keyframe " + std::to_string(to.keyframe_id) +
+                       ": the image must be 8 bit grey and of the view's size");
+    }
   }
+  std::vector<std::vector<unsigned char>> encoded(images.size());
+  ParallelFor(static_cast<int>(images.size()), threads, [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    encoded[k] = EncodeImage(images[k].image);
+  });
   const GdalScope gdal;
-  OGRLayer& images = impl_->Layer(tables::kImages);
+  OGRLayer& pictures = impl_->Layer(tables::kImages);
   OGRLayer& described = impl_->Layer(tables::kDescriptors);
-  impl_->Check(gdal,
-               RemoveRow(images, keyframe_id) && RemoveRow(described, keyframe_id) &&
-                   tables::Append(images, keyframe_id, EncodeImage(image)) &&
-                   tables::Append(described, keyframe_id, descriptors));
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::int64_t id = images[i].keyframe_id;
+    impl_->Check(gdal,
+                 RemoveRow(pictures, id) && RemoveRow(described, id) &&
+                     tables::Append(pictures, id, encoded[i]) &&
+                     tables::Append(described, id, images[i].descriptors));
+  }
 }
 
 void MapRevision::SetHistory(const MapHistory& history) {

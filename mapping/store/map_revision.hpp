@@ -36,8 +36,15 @@ class MapRevision {
   /// @param grey, alpha  CV_8UC1 of the window's size, which lies inside the mosaic. Windows of
   /// whole tiles of 256 px are fastest.
   void WriteMosaic(const cv::Rect& window, const cv::Mat& grey, const cv::Mat& alpha);
-  /// Replaces the image of a keyframe, CV_8UC1 of the view's size, and its descriptors.
-  void ReplaceImage(std::int64_t keyframe_id, const cv::Mat& image, const cv::Mat& descriptors);
+  /// Another image of a keyframe, CV_8UC1 of the view's size, and its descriptors.
+  struct NewImage {
+    std::int64_t keyframe_id = 0;
+    cv::Mat image;
+    cv::Mat descriptors;
+  };
+  /// Replaces images of keyframes. They are compressed in parallel and written in their order.
+  /// @throws InputError for an image of another size or type; then none is replaced.
+  void ReplaceImages(const std::vector<NewImage>& images, int threads);
   /// Replaces the map's history.
   void SetHistory(const MapHistory& history);
   /// Bytes of the file that hold data, with what was replaced and removed so far: about its size

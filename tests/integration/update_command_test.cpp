@@ -48,9 +48,10 @@ TEST_F(UpdateCommand, TheSameCeilingAddsASessionOnly) {
   const support::ProcessResult changes = test_.Run({"info", "m.gpkg", "--changes"});
   EXPECT_EQ(changes.exit_code, 0);
   EXPECT_THAT(changes.out, HasSubstr("run.avi"));
-  const auto json = nlohmann::json::parse(test_.Run({"info", "m.gpkg", "--changes", "--json"}).out);
-  EXPECT_EQ(json.at("sessions").size(), 1U);
-  EXPECT_TRUE(json.at("changes").empty());
+  const auto history =
+      nlohmann::json::parse(test_.Run({"info", "m.gpkg", "--changes", "--json"}).out);
+  EXPECT_EQ(history.at("sessions").size(), 1U);
+  EXPECT_TRUE(history.at("changes").empty());
 }
 
 TEST_F(UpdateCommand, BadInputIsOneLineAndChangesNothing) {

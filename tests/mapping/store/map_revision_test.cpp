@@ -256,8 +256,9 @@ TEST_F(MapRevisionTest, AnImageIsReplacedWithItsDescriptors) {
   const cv::Mat descriptors(3, 66, CV_32FC1, cv::Scalar(0.25));
   {
     MapRevision revision(file, folder_ / "new.gpkg", "update");
-    EXPECT_THROW(revision.ReplaceImage(id, image(cv::Rect(0, 0, 5, 5)), descriptors), InputError);
-    revision.ReplaceImage(id, image, descriptors);
+    const cv::Mat small = image(cv::Rect(0, 0, 5, 5));
+    EXPECT_THROW(revision.ReplaceImages({{id, small, descriptors}}, 1), InputError);
+    revision.ReplaceImages({{id, image, descriptors}}, 2);
     revision.Commit();
   }
   EXPECT_TRUE(synthetic::Same(MapReader(folder_ / "new.gpkg").ReadImage(id), image));
