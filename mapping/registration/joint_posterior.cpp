@@ -89,10 +89,12 @@ Registration JointStage::Posterior(const Images& images,
   Moments moments;
   bool tells = false;
   for (const Eigen::Vector3d& centre : Centres(lattice, sigma_px, sigma_rad)) {
-    if (!MeasureSurfaces(images, MotionAt(lattice, start, centre))) continue;
+    const bool measured = MeasureSurfaces(images, MotionAt(lattice, start, centre));
+    // Where nothing can be compared, the robot stays as likely as expected.
+    if (!measured) centres_.clear();
     AddUp(lattice);
-    const double chance = ChanceOf(centres_.size());
-    tells = tells || *std::max_element(lattice.nats.begin(), lattice.nats.end()) >= chance;
+    const float most = *std::max_element(lattice.nats.begin(), lattice.nats.end());
+    tells = tells || (measured && most >= ChanceOf(centres_.size()));
     Accumulate(lattice, centre, information, moments);
   }
   if (!tells) {

@@ -51,9 +51,8 @@ class JointStage {
   /// posterior over the motions near the expected one. Where the images tell nothing it is the
   /// expectation. Scale 1.
   /// @param covariance  of the expectation: (tx_px, ty_px, theta_rad).
-  /// @return kOk, or kNoMatch where the images cannot be compared. `peak` as of Match, `runner_up`:
-  /// the
-  ///   same of the best of motions that are all wrong; both 0 where the images tell nothing.
+  /// @return kOk, or kNoMatch where the images cannot be compared. `peak` as of Match; `runner_up`:
+  /// that of the best of motions that are all wrong. Both are 0 where the images tell nothing.
   [[nodiscard]] Registration Posterior(const Images& images,
                                        const ImageMotion& expected,
                                        const Eigen::Matrix3d& covariance);
