@@ -127,7 +127,7 @@ std::vector<store::Look> MoveLooks(const std::vector<store::Look>& looks,
                                    const DrawnMap& after) {
   constexpr int kSize = store::Look::kSizePx;
   const PosesById poses = ById(after.keyframes);
-  std::map<std::pair<int, int>, store::Look> tiles;  // by row and column of tiles
+  store::LookSquares tiles;
   for (const store::Look& look : looks) {
     const Eigen::Vector2d middle =
         CentreOf(before.grid, look.origin_px.x + kSize / 2.0, look.origin_px.y + kSize / 2.0);
@@ -156,14 +156,7 @@ std::vector<store::Look> MoveLooks(const std::vector<store::Look>& looks,
       }
     }
   }
-  std::vector<store::Look> moved;
-  moved.reserve(tiles.size());
-  for (auto& [at, tile] : tiles) {
-    if (cv::countNonZero(tile.image) == 0) continue;
-    tile.id = static_cast<std::int64_t>(moved.size()) + 1;
-    moved.push_back(std::move(tile));
-  }
-  return moved;
+  return store::NumberedLooks(std::move(tiles));
 }
 
 store::MapHistory UniteHistories(std::vector<PartHistory> parts, const graph::MapGraph& united) {

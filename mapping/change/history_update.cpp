@@ -135,13 +135,14 @@ class Decision {
   }
 
   /// The cells of the candidates of earlier sessions that a region overlaps, and their neighbours;
-  /// `change` confirms these candidates.
+  /// `change` confirms these candidates. One that looks mostly as in the map was no change: what
+  /// overlaps it came from elsewhere, as sun patches do.
   CellSet Candidates(const ChangedRegion& region, Change& change) const {
     CellSet cells;
     const CellSet here = SetOf(region.cells);
     for (const Known& known : earlier_) {
       if (known.change.state != Change::State::kCandidate) continue;
-      if (ShareIn(known.cells, here) == 0) continue;
+      if (ShareIn(known.cells, here) == 0 || LooksTheSame(known.cells, evidence_)) continue;
       change.first_session = std::min(change.first_session, known.change.first_session);
       change.frames += known.change.frames;
       // The border of a change is seen a little otherwise each time.

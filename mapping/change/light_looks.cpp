@@ -1,6 +1,5 @@
 #include "mapping/change/light_looks.hpp"
 
-#include <map>
 #include <set>
 #include <utility>
 
@@ -58,17 +57,7 @@ class LookTiles {
     return cells;
   }
 
-  /// Those that show anything, numbered.
-  [[nodiscard]] std::vector<Look> Take() {
-    std::vector<Look> looks;
-    looks.reserve(tiles_.size());
-    for (auto& [key, look] : tiles_) {
-      if (cv::countNonZero(look.image) == 0) continue;
-      look.id = static_cast<std::int64_t>(looks.size()) + 1;
-      looks.push_back(std::move(look));
-    }
-    return looks;
-  }
+  [[nodiscard]] std::vector<Look> Take() { return store::NumberedLooks(std::move(tiles_)); }
 
  private:
   static std::pair<int, int> KeyOf(const cv::Point& cell) {
@@ -78,7 +67,7 @@ class LookTiles {
     return {cell * kCellPx - look.origin_px, cv::Size(kCellPx, kCellPx)};
   }
 
-  std::map<std::pair<int, int>, Look> tiles_;  // by row and column
+  store::LookSquares tiles_;
 };
 
 }  // namespace

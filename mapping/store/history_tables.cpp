@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "calib/base/error.hpp"
@@ -43,6 +44,17 @@ const char* ToString(Change::State state) {
       break;
   }
   return "replaced";
+}
+
+std::vector<Look> NumberedLooks(LookSquares squares) {
+  std::vector<Look> looks;
+  looks.reserve(squares.size());
+  for (auto& [at, look] : squares) {
+    if (cv::countNonZero(look.image) == 0) continue;
+    look.id = static_cast<std::int64_t>(looks.size()) + 1;
+    looks.push_back(std::move(look));
+  }
+  return looks;
 }
 
 namespace tables {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ceilmap::store {
@@ -62,6 +64,11 @@ struct Look {
   cv::Point origin_px;       ///< upper left corner in the mosaic, multiples of kSizePx
   cv::Mat image;             ///< CV_8UC1, kSizePx square; 0: as in the mosaic
 };
+
+/// Looks by row and column of their squares.
+using LookSquares = std::map<std::pair<int, int>, Look>;
+/// Those that show anything, numbered 1, 2, 3, ...
+std::vector<Look> NumberedLooks(LookSquares squares);
 
 /// What happened to a map since it was made: empty for a map that was never updated.
 struct MapHistory {

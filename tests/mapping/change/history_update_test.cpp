@@ -91,6 +91,17 @@ TEST(HistoryUpdate, ACandidateThatIsGoneIsForgotten) {
   EXPECT_EQ(Decide(elsewhere, first.history).history.changes.size(), 1U);
 }
 
+TEST(HistoryUpdate, WhatOverlapsACandidateThatIsGoneConfirmsNothing) {
+  const SessionOutcome first = Session({}, kPlace);
+  // Three of twelve cells: another sun patch.
+  const SessionOutcome second = Session(first.history, {11, 9, 5, 3});
+  ASSERT_EQ(second.history.changes.size(), 1U);
+  EXPECT_EQ(second.history.changes[0].first_session, 2);
+  EXPECT_EQ(second.history.changes[0].state, State::kCandidate);
+  EXPECT_EQ(second.confirmed, 0);
+  EXPECT_TRUE(second.fresh.empty());
+}
+
 TEST(HistoryUpdate, AChangeThatIsSeenAgainOrReplaced) {
   const SessionOutcome first = Session({}, kPlace, CellState::kTexture, true);
   ChangeEvidence same(kAll);
