@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mapping/registration/kernels.hpp"
+#include "mapping/registration/plane_projection.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -349,12 +350,13 @@ void BlockStage::MeasurePlane(const Level& reference,
                               int passes) {
   shifts.clear();
   const double middle = 0.5 * (block_px_ - 1);
+  const PlaneProjection<double> projection = ProjectionOf(camera, motion);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const int i = chosen[k];
     const double height = rho.empty() ? 1 : rho[k];
     const Eigen::Vector2d centre = Centre(i);
-    const Eigen::Vector2d seen = motion.Apply(camera, centre, height);
-    const Eigen::Matrix2d linear = motion.Jacobian(camera, centre, height);
+    const Eigen::Vector2d seen = projection.Apply(centre, height);
+    const Eigen::Matrix2d linear = projection.Jacobian(centre, height);
     PlaneShift shift;
     Eigen::Vector2d found = Eigen::Vector2d::Zero();  // by the passes so far
     bool ok = true;

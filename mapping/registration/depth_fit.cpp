@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "calib/base/statistics.hpp"
+#include "mapping/registration/plane_projection.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -27,12 +28,36 @@ constexpr double kSigmaFloor = 0.03;  // px; matching errors that blocks have in
 constexpr double kMaxOffPx = 0.8;
 constexpr double kMaxSigmas = 3;
 
-/// Residual and derivatives of one block, in pixels of the reference.
-struct Linearised {
-  Eigen::Vector2d residual;              // measured - predicted
-  Eigen::Vector2d along;                 // d predicted / d rho
-  Eigen::Matrix<double, 2, 6> jacobian;  // d predicted / d (kOrder)
-  Eigen::Matrix2d measured;              // information of the measurement for sigma 1
+/// What of a block does not depend on the motion.
+struct FixedPart {
+  FixedPart(const PlaneCamera& camera, const PlaneShift& shift)
+      : ray(PlaneProjection<double>::RayOf(camera, shift.block.point)),
+        reference_from_current(shift.current_from_reference.inverse()) {
+    // A measured curvature may be slightly negative along an edge.
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> sharpness;
+    sharpness.computeDirect(shift.block.sharpness);
+    const Eigen::Vector2d curvature = sharpness.eigenvalues().cwiseMax(1e-3);
+    measured = shift.block.quality * sharpness.eigenvectors() * curvature.asDiagonal() *
+               sharpness.eigenvectors().transpose();
+    covariance = measured.inverse();
+  }
+
+  Eigen::Vector2d ray;  // in the reference
+  Eigen::Matrix2d reference_from_current;
+  Eigen::Matrix2d measured;    // information of the measurement for sigma 1
+  Eigen::Matrix2d covariance;  // its inverse
+};
+
+/// Residual of one block, in pixels of the reference, and its derivative by the height.
+struct Residual {
+  Eigen::Vector2d residual;  // measured - predicted
+  Eigen::Vector2d along;     // d predicted / d rho
+};
+
+/// With the derivatives by the first N parameters.
+template <int N>
+struct Linearised : Residual {
+  Eigen::Matrix<double, 2, N> jacobian;  // d predicted / d (kOrder)
 };
 
 PlaneMotion Moved(const PlaneMotion& m, const Vector6d& step) {
@@ -46,37 +71,49 @@ PlaneMotion Moved(const PlaneMotion& m, const Vector6d& step) {
   return moved;
 }
 
-Linearised Linearise(const PlaneCamera& camera,
-                     const PlaneShift& shift,
-                     const PlaneMotion& motion,
-                     int parameters) {
-  constexpr double kStep = 1e-5;
-  const Eigen::Vector2d& x = shift.block.point;
-  const Eigen::Matrix2d back = shift.current_from_reference.inverse();
-  Linearised l;
-  const Eigen::Vector2d predicted = motion.Apply(camera, x, shift.rho);
-  l.residual = back * (shift.seen - predicted);
-  l.along = back * (motion.Apply(camera, x, shift.rho + kStep) - predicted) / kStep;
-  l.jacobian.setZero();
-  for (int i = 0; i < parameters; ++i) {
-    Vector6d step = Vector6d::Zero();
-    step[i] = kStep;
-    l.jacobian.col(i) =
-        back * (Moved(motion, step).Apply(camera, x, shift.rho) - predicted) / kStep;
+/// Derivatives by differences: a motion, and N motions of which one parameter each is larger.
+template <int N>
+class Lineariser {
+ public:
+  Lineariser(const PlaneCamera& camera, const PlaneMotion& motion)
+      : at_(ProjectionOf(camera, motion)) {
+    moved_.reserve(N);
+    for (int i = 0; i < N; ++i) {
+      Vector6d step = Vector6d::Zero();
+      step[i] = kStep;
+      moved_.push_back(ProjectionOf(camera, Moved(motion, step)));
+    }
   }
-  // A measured curvature may be slightly negative along an edge.
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> sharpness;
-  sharpness.computeDirect(shift.block.sharpness);
-  const Eigen::Vector2d curvature = sharpness.eigenvalues().cwiseMax(1e-3);
-  l.measured = shift.block.quality * sharpness.eigenvectors() * curvature.asDiagonal() *
-               sharpness.eigenvectors().transpose();
-  return l;
-}
+
+  [[nodiscard]] Linearised<N> At(const PlaneShift& shift, const FixedPart& fixed) const {
+    const Eigen::Vector2d& ray = fixed.ray;
+    const Eigen::Matrix2d& back = fixed.reference_from_current;
+    Linearised<N> l;
+    const Eigen::Vector2d predicted = at_.ApplyToRay(ray, shift.rho);
+    l.residual = back * (shift.seen - predicted);
+    l.along = back * (at_.ApplyToRay(ray, shift.rho + kStep) - predicted) / kStep;
+    if constexpr (N > 0) {
+      for (int i = 0; i < N; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        l.jacobian.col(i) = back * (moved_[k].ApplyToRay(ray, shift.rho) - predicted) / kStep;
+      }
+    }
+    return l;
+  }
+
+ private:
+  static constexpr double kStep = 1e-5;
+  PlaneProjection<double> at_;
+  std::vector<PlaneProjection<double>> moved_;
+};
 
 /// Information of the residual with the height integrated out.
-Eigen::Matrix2d Information(const Linearised& l, double rho_sigma, double sigma_px) {
+Eigen::Matrix2d Information(const Residual& l,
+                            const Eigen::Matrix2d& measured,
+                            double rho_sigma,
+                            double sigma_px) {
   // (C + s^2 g g')^-1 = M - M g g' M / (1 / s^2 + g' M g),  M = C^-1
-  Eigen::Matrix2d m = l.measured / (sigma_px * sigma_px);
+  Eigen::Matrix2d m = measured / (sigma_px * sigma_px);
   if (rho_sigma <= 0) return m;
   const Eigen::Vector2d mg = m * l.along;
   return m - mg * mg.transpose() / (1 / (rho_sigma * rho_sigma) + l.along.dot(mg));
@@ -94,9 +131,12 @@ double RobustWeight(double chi2, int round) {
 }
 
 /// What one block says of its height and whether it agrees, at the final motion.
-BlockHeight Judge(const Linearised& l, const PlaneShift& shift, double sigma_px) {
+BlockHeight Judge(const Residual& l,
+                  const FixedPart& fixed,
+                  const PlaneShift& shift,
+                  double sigma_px) {
   BlockHeight out;
-  const Eigen::Matrix2d m = l.measured / (sigma_px * sigma_px);
+  const Eigen::Matrix2d m = fixed.measured / (sigma_px * sigma_px);
   const double info = l.along.dot(m * l.along);
   const double prior = shift.rho_sigma > 0 ? 1 / (shift.rho_sigma * shift.rho_sigma) : 1e12;
   const double pull = l.along.dot(m * l.residual);
@@ -110,10 +150,111 @@ BlockHeight Judge(const Linearised& l, const PlaneShift& shift, double sigma_px)
   const double off_rho = info > 1e-12 ? std::abs(pull / info) : 0;
   const double slack = kMaxOffPx / std::max(l.along.norm(), 1e-9);
   out.inlier = across2 < kMaxOffPx * kMaxOffPx && off_rho < kMaxSigmas * shift.rho_sigma + slack;
-  const Eigen::Matrix2d w = Information(l, shift.rho_sigma, sigma_px);
+  const Eigen::Matrix2d w = Information(l, fixed.measured, shift.rho_sigma, sigma_px);
   out.evidence =
       std::clamp(sigma_px * sigma_px * w.trace() / std::max(1e-9, shift.block.quality), 0.0, 1.0);
   return out;
+}
+
+/// A residual for a standard deviation of a fully informative block.
+struct Weighed {
+  Weighed(const Residual& l, const FixedPart& fixed, double rho_sigma, double sigma)
+      : information(Information(l, fixed.measured, rho_sigma, sigma)),
+        chi2(l.residual.dot(information * l.residual)) {
+    // Degrees of freedom that the height leaves: 1 where it is unknown, 2 where it is known.
+    const double degrees =
+        std::clamp((information * fixed.covariance).trace() * sigma * sigma, 1.0, 2.0);
+    const double median_chi2 = 0.455 + 0.931 * (degrees - 1);
+    size = chi2 / median_chi2;
+  }
+
+  Eigen::Matrix2d information;
+  double chi2;
+  double size;  // chi2 in units of its median
+};
+
+/// The standard deviation that the residuals show, changed by no more than a factor.
+double NextSigma(double sigma, const std::vector<double>& sizes) {
+  const double ratio = std::sqrt(Median(sizes));
+  return std::clamp(sigma * std::clamp(ratio, 0.3, 2.0), kSigmaFloor, kSigmaCeiling);
+}
+
+/// Sets sigma_px of a fit whose motion is known.
+void FitSigma(const PlaneCamera& camera,
+              const std::vector<PlaneShift>& shifts,
+              const std::vector<FixedPart>& fixed,
+              const DepthFitParams& params,
+              DepthFit& fit) {
+  const Lineariser<0> lineariser(camera, fit.motion);
+  std::vector<Residual> rows;
+  rows.reserve(shifts.size());
+  for (std::size_t i = 0; i < shifts.size(); ++i) {
+    rows.push_back(lineariser.At(shifts[i], fixed[i]));
+  }
+  double sigma = params.start_sigma_px;
+  std::vector<double> sizes(shifts.size());
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t i = 0; i < shifts.size(); ++i) {
+      sizes[i] = Weighed(rows[i], fixed[i], shifts[i].rho_sigma, sigma).size;
+    }
+    sigma = NextSigma(sigma, sizes);
+  }
+  fit.sigma_px = sigma;
+}
+
+/// Sets motion, covariance and sigma_px of the fit.
+template <int N>
+bool FitRounds(const PlaneCamera& camera,
+               const std::vector<PlaneShift>& shifts,
+               const std::vector<FixedPart>& fixed,
+               const DepthFitParams& params,
+               DepthFit& fit) {
+  double sigma = params.start_sigma_px;
+  std::vector<double> sizes(shifts.size());
+  Eigen::MatrixXd inverse;
+  for (int round = 0; round < kRounds; ++round) {
+    const Lineariser<N> lineariser(camera, fit.motion);
+    Eigen::Matrix<double, N, N> a = Eigen::Matrix<double, N, N>::Zero();
+    Eigen::Matrix<double, N, 1> b = Eigen::Matrix<double, N, 1>::Zero();
+    for (std::size_t i = 0; i < shifts.size(); ++i) {
+      const Linearised<N> l = lineariser.At(shifts[i], fixed[i]);
+      const Weighed weighed(l, fixed[i], shifts[i].rho_sigma, sigma);
+      const double weight = RobustWeight(weighed.chi2, round);
+      a += weight * l.jacobian.transpose() * weighed.information * l.jacobian;
+      b += weight * l.jacobian.transpose() * weighed.information * l.residual;
+      sizes[i] = weighed.size;
+    }
+    sigma = NextSigma(sigma, sizes);
+    const Eigen::MatrixXd used = a;
+    const Eigen::VectorXd d = used.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<Eigen::MatrixXd> ldlt(d.asDiagonal() * used * d.asDiagonal());
+    if (ldlt.info() != Eigen::Success || ldlt.vectorD().minCoeff() < 1e-9) return false;
+    Vector6d step = Vector6d::Zero();
+    step.head(N) = d.asDiagonal() * ldlt.solve(d.asDiagonal() * b);
+    fit.motion = Moved(fit.motion, step);
+    inverse = d.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(N, N)) * d.asDiagonal();
+  }
+  fit.sigma_px = sigma;
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N; ++j)
+      fit.covariance(kOrder[static_cast<std::size_t>(i)], kOrder[static_cast<std::size_t>(j)]) =
+          inverse(i, j);
+  }
+  return true;
+}
+
+/// Sets motion, covariance and sigma_px of the fit.
+bool FitMotionOrSigma(const PlaneCamera& camera,
+                      const std::vector<PlaneShift>& shifts,
+                      const std::vector<FixedPart>& fixed,
+                      const DepthFitParams& params,
+                      DepthFit& fit) {
+  if (!params.fit_motion) {
+    FitSigma(camera, shifts, fixed, params, fit);
+    return true;
+  }
+  return params.fit_tilt ? FitRounds<6>(camera, shifts, fixed, params, fit)
+                         : FitRounds<3>(camera, shifts, fixed, params, fit);
 }
 
 }  // namespace
@@ -126,51 +267,14 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
   fit.motion = start;
   constexpr std::size_t kFewest = 6;
   if (shifts.size() < kFewest) return fit;
-  const int n = params.fit_tilt ? 6 : 3;
-  double sigma = params.start_sigma_px;
-  std::vector<double> sizes;
-  std::vector<Linearised> rows(shifts.size());
-  Eigen::MatrixXd inverse;
-  for (int round = 0; round < kRounds; ++round) {
-    Matrix6d a = Matrix6d::Zero();
-    Vector6d b = Vector6d::Zero();
-    sizes.clear();
-    for (std::size_t i = 0; i < shifts.size(); ++i) {
-      rows[i] = Linearise(camera, shifts[i], fit.motion, n);
-      const Linearised& l = rows[i];
-      const Eigen::Matrix2d w = Information(l, shifts[i].rho_sigma, sigma);
-      const double chi2 = l.residual.dot(w * l.residual);
-      const double weight = RobustWeight(chi2, round);
-      a += weight * l.jacobian.transpose() * w * l.jacobian;
-      b += weight * l.jacobian.transpose() * w * l.residual;
-      // Degrees of freedom that the height leaves: 1 where it is unknown, 2 where it is known.
-      const double degrees =
-          std::clamp((w * l.measured.inverse()).trace() * sigma * sigma, 1.0, 2.0);
-      const double median_chi2 = 0.455 + 0.931 * (degrees - 1);
-      sizes.push_back(chi2 / median_chi2);
-    }
-    const double ratio = std::sqrt(Median(sizes));
-    sigma = std::clamp(sigma * std::clamp(ratio, 0.3, 2.0), kSigmaFloor, kSigmaCeiling);
-    if (!params.fit_motion) continue;
-    const Eigen::MatrixXd used = a.topLeftCorner(n, n);
-    const Eigen::VectorXd d = used.diagonal().cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-    const Eigen::LDLT<Eigen::MatrixXd> ldlt(d.asDiagonal() * used * d.asDiagonal());
-    if (ldlt.info() != Eigen::Success || ldlt.vectorD().minCoeff() < 1e-9) return fit;
-    Vector6d step = Vector6d::Zero();
-    step.head(n) = d.asDiagonal() * ldlt.solve(d.asDiagonal() * b.head(n));
-    fit.motion = Moved(fit.motion, step);
-    inverse = d.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
-  }
-  fit.sigma_px = sigma;
-  for (int i = 0; params.fit_motion && i < n; ++i) {
-    for (int j = 0; j < n; ++j)
-      fit.covariance(kOrder[static_cast<std::size_t>(i)], kOrder[static_cast<std::size_t>(j)]) =
-          inverse(i, j);
-  }
+  std::vector<FixedPart> fixed;
+  fixed.reserve(shifts.size());
+  for (const PlaneShift& shift : shifts) fixed.emplace_back(camera, shift);
+  if (!FitMotionOrSigma(camera, shifts, fixed, params, fit)) return fit;
   fit.blocks.reserve(shifts.size());
+  const Lineariser<0> at(camera, fit.motion);
   for (std::size_t i = 0; i < shifts.size(); ++i) {
-    const Linearised l = Linearise(camera, shifts[i], fit.motion, 0);
-    const BlockHeight height = Judge(l, shifts[i], sigma);
+    const BlockHeight height = Judge(at.At(shifts[i], fixed[i]), fixed[i], shifts[i], fit.sigma_px);
     fit.blocks.push_back(height);
     fit.content += shifts[i].block.content;
     if (!height.inlier) continue;

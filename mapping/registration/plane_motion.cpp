@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "calib/base/statistics.hpp"
+#include "mapping/registration/plane_projection.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -17,29 +18,6 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Parameters = std::array<double, 6>;  // x, y, height, yaw, tilt_x, tilt_y
-
-// Current image position of a reference pixel; the point lies at distance 1 / rho.
-template <typename T>
-Eigen::Matrix<T, 2, 1> Project(const PlaneCamera& camera,
-                               const T* p,
-                               const Eigen::Vector2d& x,
-                               double rho = 1) {
-  using std::cos;
-  using std::sin;
-  const Eigen::Vector2d ray = (x - camera.principal_px) / camera.focal_px;
-  const T dx = T(ray.x()) - rho * p[0];
-  const T dy = T(ray.y()) - rho * p[1];
-  const T dz = T(1.0) - rho * p[2];
-  // R' = Rx(-tilt_x) Ry(-tilt_y) Rz(-yaw), one after another.
-  const T ax = cos(p[3]) * dx + sin(p[3]) * dy;
-  const T ay = -sin(p[3]) * dx + cos(p[3]) * dy;
-  const T bx = cos(p[5]) * ax - sin(p[5]) * dz;
-  const T bz = sin(p[5]) * ax + cos(p[5]) * dz;
-  const T cy = cos(p[4]) * ay + sin(p[4]) * bz;
-  const T cz = -sin(p[4]) * ay + cos(p[4]) * bz;
-  return {camera.focal_px * bx / cz + camera.principal_px.x(),
-          camera.focal_px * cy / cz + camera.principal_px.y()};
-}
 
 Parameters ToArray(const PlaneMotion& m) {
   return {m.x, m.y, m.height, m.yaw, m.tilt_x, m.tilt_y};
@@ -51,14 +29,13 @@ PlaneMotion FromArray(const Parameters& p) {
 
 // Residual of a block in reference pixels, weighted by its accuracy.
 struct BlockResidual {
-  const PlaneCamera* camera;
   const PlaneShift* shift;
   Eigen::Matrix2d whitening;
 
   template <typename T>
-  Eigen::Matrix<T, 2, 1> At(const T* parameters) const {
+  Eigen::Matrix<T, 2, 1> At(const PlaneProjection<T>& projection) const {
     const Eigen::Matrix<T, 2, 1> error =
-        Project(*camera, parameters, shift->block.point) - shift->seen.cast<T>();
+        projection.Apply(shift->block.point) - shift->seen.cast<T>();
     return whitening.cast<T>() * error;
   }
 };
@@ -93,21 +70,13 @@ TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view) {
 Eigen::Vector2d PlaneMotion::Apply(const PlaneCamera& camera,
                                    const Eigen::Vector2d& at,
                                    double rho) const {
-  const Parameters p = ToArray(*this);
-  return Project(camera, p.data(), at, rho);
+  return ProjectionOf(camera, *this).Apply(at, rho);
 }
 
 Eigen::Matrix2d PlaneMotion::Jacobian(const PlaneCamera& camera,
                                       const Eigen::Vector2d& at,
                                       double rho) const {
-  const double h = 1e-3;
-  const auto moved = [&](double du, double dv) {
-    return Apply(camera, at + Eigen::Vector2d(du, dv), rho);
-  };
-  Eigen::Matrix2d j;
-  j.col(0) = (moved(h, 0) - moved(-h, 0)) / (2 * h);
-  j.col(1) = (moved(0, h) - moved(0, -h)) / (2 * h);
-  return j;
+  return ProjectionOf(camera, *this).Jacobian(at, rho);
 }
 
 PlaneMotion PlaneMotion::FromSimilarity(const PlaneCamera& camera, const ImageMotion& motion) {
@@ -150,9 +119,10 @@ class RobustResiduals {
   RobustResiduals(const PlaneCamera& camera,
                   const std::vector<PlaneShift>& shifts,
                   const PlaneFitParams& params)
-      : free_({true, true, params.fit_height, true, params.fit_tilt, params.fit_tilt}) {
+      : camera_(camera),
+        free_({true, true, params.fit_height, true, params.fit_tilt, params.fit_tilt}) {
     blocks_.reserve(shifts.size());
-    for (const PlaneShift& shift : shifts) blocks_.push_back({&camera, &shift, Whitening(shift)});
+    for (const PlaneShift& shift : shifts) blocks_.push_back({&shift, Whitening(shift)});
   }
 
   /// @param loss  Residuals of this length and more count less.
@@ -162,8 +132,9 @@ class RobustResiduals {
 
   bool operator()(const double* parameters, double* residuals, double* jacobian) const {
     if (jacobian == nullptr) {
+      const PlaneProjection<double> projection(camera_, parameters);
       for (const BlockResidual& block : blocks_) {
-        const Eigen::Vector2d residual = block.At(parameters);
+        const Eigen::Vector2d residual = block.At(projection);
         const double square = residual.squaredNorm();
         const double shorter = std::sqrt(Loss(square) / std::max(square, kTiny));
         *residuals++ = shorter * residual.x();
@@ -198,7 +169,8 @@ class RobustResiduals {
   [[nodiscard]] std::vector<double> Sizes(const double* parameters) const {
     std::vector<double> sizes;
     sizes.reserve(blocks_.size());
-    for (const BlockResidual& block : blocks_) sizes.push_back(block.At(parameters).norm());
+    const PlaneProjection<double> projection(camera_, parameters);
+    for (const BlockResidual& block : blocks_) sizes.push_back(block.At(projection).norm());
     return sizes;
   }
 
@@ -220,9 +192,10 @@ class RobustResiduals {
       const auto k = static_cast<std::size_t>(i);
       at[k] = free_[k] ? Jet(parameters[i], i) : Jet(parameters[i]);
     }
+    const PlaneProjection<Jet> projection(camera_, at.data());
     Eigen::Matrix<double, 2, NUM_PARAMETERS> derivatives;
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
-      const Eigen::Matrix<Jet, 2, 1> residual = blocks_[i].At(at.data());
+      const Eigen::Matrix<Jet, 2, 1> residual = blocks_[i].At(projection);
       derivatives.row(0) = residual.x().v.transpose();
       derivatives.row(1) = residual.y().v.transpose();
       use(static_cast<Eigen::Index>(2 * i),
@@ -231,6 +204,7 @@ class RobustResiduals {
     }
   }
 
+  PlaneCamera camera_;
   std::vector<BlockResidual> blocks_;
   std::array<bool, NUM_PARAMETERS> free_;
   double loss2_ = 1;
@@ -286,8 +260,9 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
   }
   fit.motion = FromArray(
       {parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]});
+  const PlaneProjection<double> projection = ProjectionOf(camera, fit.motion);
   for (const PlaneShift& shift : shifts) {
-    const Eigen::Vector2d error = fit.motion.Apply(camera, shift.block.point) - shift.seen;
+    const Eigen::Vector2d error = projection.Apply(shift.block.point) - shift.seen;
     const Eigen::Vector2d in_reference = shift.current_from_reference.inverse() * error;
     fit.inliers += in_reference.dot(shift.block.sharpness * in_reference) < 1 ? 1 : 0;
   }
