@@ -29,8 +29,9 @@ constexpr double kConfirmPx = 12;
 // the best motion's agreement.
 constexpr double kMaxRivalRatio = 0.7;
 constexpr int kWindow = 30;  // number of latest keyframes that are moved when a closure is found
-constexpr std::size_t kCachedImages = 40;   // 0.3 MB each for images of 640 x 480
-constexpr std::size_t kCachedSpectra = 12;  // 4 MB
+constexpr std::size_t kCachedImages = 40;     // 0.3 MB each for images of 640 x 480
+constexpr std::size_t kCachedSpectra = 12;    // 2 MB
+constexpr std::size_t kCachedReferences = 4;  // of these, with their blocks: 3 MB more
 
 }  // namespace
 
@@ -312,6 +313,8 @@ void LoopCloser::Add(const graph::Edge& edge) {
 
 void LoopCloser::Close(std::int64_t id) {
   Impl& me = *impl_;
+  me.spectra.ForEachBut(kCachedReferences,
+                        [](FrameSpectrum& spectrum) { spectrum.ReleaseBlocks(); });
   const LoopCloserParams& params = me.params;
   me.counts.unconfirmed += me.judge.Forget(id);
   const std::int64_t accepted_before = me.counts.accepted;

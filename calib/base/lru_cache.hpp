@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <list>
 #include <unordered_map>
 #include <utility>
@@ -32,6 +33,14 @@ class LruCache {
     if (entries_.size() <= capacity_) return;
     index_.erase(entries_.back().first);
     entries_.pop_back();
+  }
+
+  /// Calls use(value) for all but the `count` most recently used values. It may change them.
+  template <typename Use>
+  void ForEachBut(std::size_t count, const Use& use) {
+    if (entries_.size() <= count) return;
+    auto entry = std::next(entries_.begin(), static_cast<std::ptrdiff_t>(count));
+    for (; entry != entries_.end(); ++entry) use(entry->second);
   }
 
  private:

@@ -9,7 +9,8 @@
 namespace ceilmap::registration {
 
 /// Unused buffers of frames. A frame's buffers are megabytes: allocating them anew takes as long as
-/// a transform. Frames may outlive their registrar and be destroyed in any thread.
+/// a transform. The blocks, which only few frames need, are not kept. Frames may outlive their
+/// registrar and be destroyed in any thread.
 template <typename Data>
 class BufferPool {
  public:
@@ -23,7 +24,7 @@ class BufferPool {
   }
 
  private:
-  static constexpr std::size_t kMax = 4;
+  static constexpr std::size_t kMax = 2;
 
   std::unique_ptr<Data> TakeFree() {
     const std::scoped_lock lock(mutex_);
@@ -34,6 +35,7 @@ class BufferPool {
   }
   void TakeBack(Data* released) {
     std::unique_ptr<Data> data(released);
+    data->ReleaseBlocks();
     const std::scoped_lock lock(mutex_);
     if (free_.size() < kMax) free_.push_back(std::move(data));
   }

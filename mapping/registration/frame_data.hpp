@@ -76,6 +76,15 @@ struct FrameSpectrum::Data {
   bool broad_ready = false;
   LocalFeatures features;  ///< of `rough`
   bool features_ready = false;
+
+  /// Frees the blocks of the levels.
+  void ReleaseBlocks() {
+    for (Level* const level : {&fine, &rough, &broad}) {
+      level->blocks = std::vector<ReferenceBlock>();
+      level->small_blocks = std::vector<ReferenceBlock>();
+    }
+    rough_ready = fine_ready = small_ready = broad_ready = false;
+  }
 };
 
 }  // namespace ceilmap::registration

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <stdexcept>
 
 #include "calib/base/error.hpp"
@@ -140,6 +141,12 @@ void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
 
 double FrameSpectrum::CodingLoss() const {
   return data_ ? data_->noise.removed : 0;
+}
+
+void FrameSpectrum::ReleaseBlocks() {
+  if (!data_ || data_.use_count() != 1) return;
+  std::atomic_thread_fence(std::memory_order_acquire);  // after the last use by another owner
+  data_->ReleaseBlocks();
 }
 
 bool FrameSpectrum::IsDistorted() const {

@@ -144,6 +144,10 @@ class FrameSpectrum {
   void SetHeights(std::shared_ptr<const heights::HeightField> heights) {
     heights_ = std::move(heights);
   }
+  /// Frees what was computed because the image was a reference, half of its memory, unless another
+  /// FrameSpectrum shares the data. The next registration that needs it computes it again.
+  void ReleaseBlocks();
+
   struct Coarse;
   struct Data;
 
