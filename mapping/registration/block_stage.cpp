@@ -275,18 +275,17 @@ Eigen::Vector2d BlockStage::Centre(int block) const {
           corner.y + middle - 0.5 * (size_.height - 1)};
 }
 
-/// Leaves the correlation surface in `poc_`; false where the current image is blank.
-bool BlockStage::CorrelateBlock(const Level& reference,
-                                const Level& current,
-                                int block,
-                                const kernels::Affine& map) {
-  const double power = CodedPower(reference.noise, current.noise, same_recording_);
-  const double noise = kBlockNoiseFactor * poc_.WindowPower() * power;
+/// Leaves the spectrum in `spectrum_`; false where the current image is blank.
+bool BlockStage::TransformBlock(const Level& current, const kernels::Affine& map) {
   SampleBlock(current, map, samples_);
   if (IsBlank(samples_)) return false;
   poc_.Transform(samples_, spectrum_);
-  poc_.Correlate((reference.*blocks_)[static_cast<std::size_t>(block)].spectrum, spectrum_, noise);
   return true;
+}
+
+double BlockStage::NoisePower(const Level& reference, const Level& current) const {
+  const double power = CodedPower(reference.noise, current.noise, same_recording_);
+  return kBlockNoiseFactor * poc_.WindowPower() * power;
 }
 
 bool BlockStage::Correlate(const Level& reference,
@@ -296,7 +295,10 @@ bool BlockStage::Correlate(const Level& reference,
                            int reach,
                            float* surface) {
   const kernels::Affine map = SamplingMap(motion, size_, corners_[static_cast<std::size_t>(block)]);
-  if (!Inside(map, current) || !CorrelateBlock(reference, current, block, map)) return false;
+  if (!Inside(map, current) || !TransformBlock(current, map)) return false;
+  poc_.Correlate((reference.*blocks_)[static_cast<std::size_t>(block)].spectrum,
+                 spectrum_,
+                 NoisePower(reference, current));
   poc_.Normalized(reach, surface);
   return true;
 }
@@ -307,14 +309,16 @@ bool BlockStage::MeasureBlock(const Level& reference,
                               const kernels::Affine& map,
                               int search_px,
                               BlockShift& shift) {
-  if (!CorrelateBlock(reference, current, block, map)) return false;
+  if (!TransformBlock(current, map)) return false;
+  const ReferenceBlock& wanted = (reference.*blocks_)[static_cast<std::size_t>(block)];
+  poc_.CorrelateNear(wanted.spectrum, spectrum_, NoisePower(reference, current), search_px);
   const PocPeak peak = poc_.PeakWithin(search_px);
   if (peak.height <= 0) return false;
   shift.point = Centre(block);
   shift.shift = peak.shift;
   shift.sharpness = peak.sharpness;
   shift.peak = peak.height;
-  shift.content = (reference.*blocks_)[static_cast<std::size_t>(block)].content;
+  shift.content = wanted.content;
   shift.quality = peak.height * peak.height / (1.05 - peak.height * peak.height);
   if (same_recording_ && reference.noise.IsEncoded() && current.noise.IsEncoded()) {
     shift.signal = peak.signal;

@@ -116,10 +116,8 @@ class BlockStage {
   [[nodiscard]] kernels::BlockWindow Window() const;
   void SampleBlock(const Level& level, const kernels::Affine& map, RealArray& samples) const;
   void CopyBlock(const Level& level, cv::Point corner, RealArray& samples) const;
-  bool CorrelateBlock(const Level& reference,
-                      const Level& current,
-                      int block,
-                      const kernels::Affine& map);
+  bool TransformBlock(const Level& current, const kernels::Affine& map);
+  [[nodiscard]] double NoisePower(const Level& reference, const Level& current) const;
   bool MeasureBlock(const Level& reference,
                     const Level& current,
                     int block,

@@ -2,8 +2,10 @@
 
 #include <cstring>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "mapping/registration/fft_plans.hpp"
 #include "mapping/registration/row_pairs.hpp"
@@ -62,7 +64,22 @@ void RealFft::Inverse(std::span<std::complex<float>> in, std::span<float> out) c
 }
 
 struct PlaneFft::Impl {
+  /// Some of the pairs of rows, one after another; `count` with those that fill SIMD registers.
+  struct SomePairs {
+    SomePairs(int to_reach, std::vector<int> some, int count, int length)
+        : reach(to_reach),
+          pairs(std::move(some)),
+          z(static_cast<std::size_t>(count) * static_cast<std::size_t>(length)),
+          lines({length, count, 1, length}, ComplexLines::Place::kInPlace) {}
+
+    int reach;
+    std::vector<int> pairs;
+    ComplexArray z;
+    ComplexLines lines;
+  };
+
   Impl(int plane_rows, int plane_cols);
+  SomePairs& Near(int reach);
 
   int rows;
   int cols;
@@ -70,6 +87,7 @@ struct PlaneFft::Impl {
   ComplexArray z;       // the pairs of rows, or their spectra
   ComplexLines lines;   // of z, in place
   ComplexLines across;  // the columns of a spectrum, in place
+  std::optional<SomePairs> near;
 
   [[nodiscard]] std::size_t Half() const { return static_cast<std::size_t>(cols) / 2 + 1; }
   [[nodiscard]] std::complex<float>* Pair(int i) {
@@ -90,6 +108,18 @@ PlaneFft::Impl::Impl(int plane_rows, int plane_cols)
       z(static_cast<std::size_t>(pairs) * static_cast<std::size_t>(cols)),
       lines({cols, pairs, 1, cols}, ComplexLines::Place::kInPlace),
       across({rows, cols / 2 + 1, cols / 2 + 1, 1}, ComplexLines::Place::kInPlace) {}
+
+PlaneFft::Impl::SomePairs& PlaneFft::Impl::Near(int reach) {
+  if (near && near->reach == reach) return *near;
+  std::vector<int> some;
+  for (int i = 0; i < pairs; ++i) {
+    if (2 * i <= reach || 2 * i + 1 >= rows - reach) some.push_back(i);
+  }
+  constexpr int kMultiple = 8;
+  const int count = (static_cast<int>(some.size()) + kMultiple - 1) / kMultiple * kMultiple;
+  near.emplace(reach, std::move(some), count, cols);
+  return *near;
+}
 
 PlaneFft::PlaneFft(int rows, int cols) : impl_(std::make_unique<Impl>(rows, cols)) {}
 PlaneFft::~PlaneFft() = default;
@@ -132,6 +162,33 @@ void PlaneFft::Inverse(std::span<std::complex<float>> in, std::span<float> out) 
   for (int i = 0; i < me.pairs; ++i) {
     const auto [upper, lower] = me.Rows(out.data(), i, static_cast<std::size_t>(me.cols));
     kernels::SplitRows(me.Pair(i), me.cols, upper, lower);
+  }
+}
+
+void PlaneFft::InverseNear(std::span<std::complex<float>> in, int reach, std::span<float> out) {
+  Impl& me = *impl_;
+  // Fewer pairs than this part are worth it.
+  constexpr int kWorthWhile = 2;
+  if (kWorthWhile * (2 * reach + 1) > me.rows) {
+    Inverse(in, out);
+    return;
+  }
+  RequireSize(in.size(), SpectrumSize());
+  RequireSize(out.size(), RealSize());
+  Impl::SomePairs& near = me.Near(reach);
+  me.across.Inverse(in.data(), in.data());
+  std::complex<float>* z = near.z.data();
+  for (const int i : near.pairs) {
+    const auto [upper, lower] = me.Rows(in.data(), i, me.Half());
+    kernels::JoinSpectra(upper, lower, me.cols, z);
+    z += me.cols;
+  }
+  near.lines.Inverse(near.z.data(), near.z.data());
+  z = near.z.data();
+  for (const int i : near.pairs) {
+    const auto [upper, lower] = me.Rows(out.data(), i, static_cast<std::size_t>(me.cols));
+    kernels::SplitRows(z, me.cols, upper, lower);
+    z += me.cols;
   }
 }
 

@@ -86,6 +86,9 @@ class PlaneFft {
   void Forward(std::span<const float> in, std::span<std::complex<float>> out);
   /// @param in  of a real plane (Hermitian); destroyed.
   void Inverse(std::span<std::complex<float>> in, std::span<float> out);
+  /// The same of the rows at most `reach` from row 0, which is beside the last row, too; the other
+  /// rows of `out` are not defined. Buffers for the latest reach are kept.
+  void InverseNear(std::span<std::complex<float>> in, int reach, std::span<float> out);
 
  private:
   struct Impl;

@@ -105,10 +105,10 @@ ComplexArray PocPlane::Spectrum(const cv::Mat& image) {
   return spectrum;
 }
 
-void PocPlane::Correlate(const ComplexArray& a,
-                         const ComplexArray& b,
-                         double noise_power,
-                         bool conjugate_b) {
+void PocPlane::Cross(const ComplexArray& a,
+                     const ComplexArray& b,
+                     double noise_power,
+                     bool conjugate_b) {
   total_ = kernels::CrossSpectrum(a.data(),
                                   b.data(),
                                   band_.data(),
@@ -118,7 +118,23 @@ void PocPlane::Correlate(const ComplexArray& a,
                                   size_.width / 2 + 1,
                                   size_.width % 2 == 0,
                                   cross_.data());
+}
+
+void PocPlane::Correlate(const ComplexArray& a,
+                         const ComplexArray& b,
+                         double noise_power,
+                         bool conjugate_b) {
+  Cross(a, b, noise_power, conjugate_b);
   fft_.Inverse({cross_.data(), cross_.size()}, {surface_.data(), surface_.size()});
+}
+
+void PocPlane::CorrelateNear(const ComplexArray& a,
+                             const ComplexArray& b,
+                             double noise_power,
+                             int reach) {
+  Cross(a, b, noise_power, false);
+  // Its neighbours give a peak's position between samples.
+  fft_.InverseNear({cross_.data(), cross_.size()}, reach + 1, {surface_.data(), surface_.size()});
 }
 
 float PocPlane::At(int x, int y) const {

@@ -76,6 +76,8 @@ class PocPlane {
                  const ComplexArray& b,
                  double noise_power,
                  bool conjugate_b = false);
+  /// The same where only PeakWithin(reach) is wanted.
+  void CorrelateNear(const ComplexArray& a, const ComplexArray& b, double noise_power, int reach);
 
   /// Highest peaks of the surface, at least about half a cell of 8 pixels apart, highest first.
   [[nodiscard]] std::vector<PocPeak> BestPeaks(int count) const;
@@ -88,6 +90,7 @@ class PocPlane {
   void Normalized(int reach, float* values) const;
 
  private:
+  void Cross(const ComplexArray& a, const ComplexArray& b, double noise_power, bool conjugate_b);
   [[nodiscard]] float At(int x, int y) const;
   [[nodiscard]] PocPeak SubPixel(int x, int y) const;
 
