@@ -86,6 +86,28 @@ TEST(PlaneFft, RoundTripMultipliesByTheNumberOfSamples) {
   }
 }
 
+TEST(PlaneFft, RowsNearTheFirstAreThoseOfTheWholeInverse) {
+  for (const auto& [rows, cols] : {std::pair{32, 32}, {33, 20}, {64, 64}, {8, 8}}) {
+    PlaneFft fft(rows, cols);
+    RealArray samples = RandomSamples(fft.RealSize(), 6);
+    for (const int reach : {4, 0, 9}) {
+      ComplexArray bins = Transformed(fft, samples);
+      ComplexArray again = Transformed(fft, samples);
+      RealArray whole(fft.RealSize());
+      RealArray near(fft.RealSize());
+      fft.Inverse(All(bins), All(whole));
+      fft.InverseNear(All(again), reach, All(near));
+      for (int row = 0; row < rows; ++row) {
+        if (row > reach && row < rows - reach) continue;
+        for (int col = 0; col < cols; ++col) {
+          const std::size_t i = Index(row, col, cols);
+          ASSERT_NEAR(near[i], whole[i], 1e-3) << rows << "x" << cols << " " << reach << " " << row;
+        }
+      }
+    }
+  }
+}
+
 TEST(PlaneFft, KeepsTheEnergy) {
   constexpr int kRows = 48;
   constexpr int kCols = 60;

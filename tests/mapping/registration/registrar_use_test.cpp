@@ -29,6 +29,28 @@ TEST(Registrar, OtherSizes) {
   }
 }
 
+TEST(Registrar, ReleasedBlocksAreComputedAgain) {
+  const cv::Size size(320, 240);
+  Registrar registrar(size);
+  const SyntheticCeiling ceiling({.tile_px = 70});
+  FrameSpectrum a = registrar.Analyze(ceiling.Render(size));
+  const FrameSpectrum b = registrar.Analyze(ceiling.Render(size, {17.25, -23.5, 0.8, 1}));
+  const Registration before = registrar.Register(a, b);
+  ASSERT_TRUE(before.ok());
+  const FrameSpectrum shared = a;
+  a.ReleaseBlocks();  // not while they are shared
+  EXPECT_EQ(registrar.Register(shared, b).motion.tx_px, before.motion.tx_px);
+  FrameSpectrum().ReleaseBlocks();
+  FrameSpectrum alone = registrar.Analyze(ceiling.Render(size));
+  for (int i = 0; i < 2; ++i) {
+    const Registration after = registrar.Register(alone, b);
+    EXPECT_EQ(after.motion.tx_px, before.motion.tx_px);
+    EXPECT_EQ(after.motion.ty_px, before.motion.ty_px);
+    EXPECT_EQ(after.inliers, before.inliers);
+    alone.ReleaseBlocks();
+  }
+}
+
 // A pixel of a small image covers more, so tiles and grooves are smaller.
 CeilingParams SmallImageParams(std::uint32_t seed) {
   return {.seed = seed, .tile_px = 24.0 + seed % 17, .groove_grey = seed % 2 == 0 ? 20.0 : 35.0};
