@@ -147,6 +147,8 @@ void FrameSpectrum::ReleaseBlocks() {
   if (!data_ || data_.use_count() != 1) return;
   std::atomic_thread_fence(std::memory_order_acquire);  // after the last use by another owner
   data_->ReleaseBlocks();
+  data_->coarse = Coarse();
+  data_->coarse_ready = false;
 }
 
 bool FrameSpectrum::IsDistorted() const {

@@ -144,7 +144,7 @@ class FrameSpectrum {
   void SetHeights(std::shared_ptr<const heights::HeightField> heights) {
     heights_ = std::move(heights);
   }
-  /// Frees what was computed because the image was a reference, half of its memory, unless another
+  /// Frees the blocks and the coarse part, more than half of the memory, unless another
   /// FrameSpectrum shares the data. The next registration that needs it computes it again.
   void ReleaseBlocks();
 
