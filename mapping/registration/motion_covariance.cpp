@@ -91,11 +91,12 @@ FitSums SumsOver(const MotionFit& fit,
 SharedNoise::SharedNoise(const std::vector<float>& window, double px_per_sample)
     : px_per_sample_(px_per_sample) {
   double all = 0;
-  for (const float w : window) all += std::pow(w, 4);
-  by_distance_.reserve(window.size() + 1);
-  for (std::size_t d = 0; d < window.size(); ++d) {
+  const std::vector<double> w(window.begin(), window.end());
+  for (const double value : w) all += std::pow(value, 4);
+  by_distance_.reserve(w.size() + 1);
+  for (std::size_t d = 0; d < w.size(); ++d) {
     double sum = 0;
-    for (std::size_t i = d; i < window.size(); ++i) sum += std::pow(window[i] * window[i - d], 2);
+    for (std::size_t i = d; i < w.size(); ++i) sum += std::pow(w[i] * w[i - d], 2);
     by_distance_.push_back(sum / all);
   }
   by_distance_.push_back(0);

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <random>
+#include <utility>
 
 namespace ceilmap::bench {
 
