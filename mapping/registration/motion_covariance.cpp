@@ -1,6 +1,7 @@
 #include "mapping/registration/motion_covariance.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
