@@ -18,6 +18,9 @@ constexpr double kBiweight = 1.2695;
 // freedom on.
 constexpr double kMinFreedom = 4;
 
+// Correlations below this are left out.
+constexpr double kNegligible = 1e-3;
+
 using Jacobian24 = Eigen::Matrix<double, 2, 4>;
 
 Jacobian24 ShiftJacobian(const Eigen::Vector2d& p) {
@@ -75,14 +78,17 @@ FitSums SumsOver(const MotionFit& fit,
     sums.sampling += weight * j.transpose() * w * block.sampling;
     sums.squares += weight * residual.dot(w * residual);
     sums.weight += weight;
-    for (std::size_t k = 0; k <= i; ++k) {
+    Jacobian24 neighbours = 0.5 * rows[i];
+    sums.correlated += weight * weight;
+    for (std::size_t k = 0; k < i; ++k) {
       if (fit.weights[k] <= 0) continue;
       const double common = shared.Correlation(block.point - blocks[k].point);
-      if (common <= 0) continue;
-      const Eigen::Matrix4d product = common * rows[i].transpose() * rows[k];
-      sums.scatter += i == k ? product : product + product.transpose();
-      sums.correlated += (i == k ? 1 : 2) * weight * fit.weights[k] * common * common;
+      if (common < kNegligible) continue;
+      neighbours += common * rows[k];
+      sums.correlated += 2 * weight * fit.weights[k] * common * common;
     }
+    const Eigen::Matrix4d product = rows[i].transpose() * neighbours;
+    sums.scatter += product + product.transpose();
   }
   return sums;
 }
@@ -90,7 +96,7 @@ FitSums SumsOver(const MotionFit& fit,
 }  // namespace
 
 SharedNoise::SharedNoise(const std::vector<float>& window, double px_per_sample)
-    : px_per_sample_(px_per_sample) {
+    : samples_per_px_(1 / px_per_sample), reach_(static_cast<double>(window.size())) {
   double all = 0;
   const std::vector<double> w(window.begin(), window.end());
   for (const double value : w) all += std::pow(value, 4);
@@ -104,9 +110,9 @@ SharedNoise::SharedNoise(const std::vector<float>& window, double px_per_sample)
 }
 
 double SharedNoise::AlongAxis(double distance_px) const {
-  const double at = std::abs(distance_px) / px_per_sample_;
+  const double at = std::abs(distance_px) * samples_per_px_;
+  if (at >= reach_) return 0;
   const auto whole = static_cast<std::size_t>(at);
-  if (whole + 1 >= by_distance_.size()) return 0;
   const double part = at - static_cast<double>(whole);
   return (1 - part) * by_distance_[whole] + part * by_distance_[whole + 1];
 }

@@ -22,7 +22,8 @@ class SharedNoise {
  private:
   [[nodiscard]] double AlongAxis(double distance_px) const;
 
-  double px_per_sample_;
+  double samples_per_px_;
+  double reach_;  // samples, from which on blocks share nothing
   std::vector<double> by_distance_;
 };
 
