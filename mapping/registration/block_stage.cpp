@@ -48,6 +48,7 @@ BlockStage::BlockStage(cv::Size size,
       same_recording_(same_recording),
       size_(size),
       poc_({grid.block_px, grid.block_px}),
+      sampling_error_(poc_.WindowX()),
       samples_(poc_.Area()),
       spectrum_(poc_.SpectrumSize()) {
   if (!mask.empty()) {
@@ -317,6 +318,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
   shift.point = Centre(block);
   shift.shift = peak.shift;
   shift.sharpness = peak.sharpness;
+  shift.sampling = sampling_error_.Expected(map, peak.sharpness);
   shift.peak = peak.height;
   shift.content = wanted.content;
   shift.quality = peak.height * peak.height / (1.05 - peak.height * peak.height);

@@ -10,6 +10,7 @@
 #include "mapping/registration/motion_fit.hpp"
 #include "mapping/registration/plane_motion.hpp"
 #include "mapping/registration/poc.hpp"
+#include "mapping/registration/sampling_error.hpp"
 
 namespace ceilmap::registration {
 
@@ -54,6 +55,9 @@ class BlockStage {
   [[nodiscard]] cv::Rect Area(int block) const;  ///< of a block of the reference
   /// Of a block of the reference, from the image's centre, pixels.
   [[nodiscard]] Eigen::Vector2d Centre(int block) const;
+
+  /// Of a block, along each axis.
+  [[nodiscard]] const std::vector<float>& WindowAlongAxis() const { return poc_.WindowX(); }
 
   /// Fills level.blank. @param mask  Of the level's size, 0 where this image has no content in
   /// addition to the common mask; empty: none.
@@ -140,6 +144,7 @@ class BlockStage {
   cv::Size grid_;
   std::vector<cv::Point> corners_;
   PocPlane poc_;
+  SamplingError sampling_error_;
   RealArray samples_;
   ComplexArray spectrum_;
 };

@@ -65,7 +65,9 @@ FineStage::FineStage(cv::Size size, const RegistrarParams& params)
       fine_(fine_frame_.size,
             LevelMask(params.mask, fine_frame_.size),
             {kFineBlockPx},
-            params.same_recording) {}
+            params.same_recording),
+      rough_shared_(rough_.WindowAlongAxis(), 2),
+      fine_shared_(fine_.WindowAlongAxis()) {}
 
 void FineStage::Analyze(const cv::Mat& grey, const cv::Mat& mask, FrameSpectrum::Data& data) const {
   FillLevel(grey, fine_frame_.factor, fine_frame_.size, data.noise, data.fine);
@@ -100,6 +102,7 @@ void FineStage::MeasureRough(const FrameSpectrum::Data& reference,
   for (BlockShift& s : shifts_) {
     s.point = 2 * s.point + rough_frame_.offset;
     s.shift *= 2;
+    s.sampling *= 2;
   }
 }
 
@@ -152,14 +155,15 @@ Candidate FineStage::Test(const FrameSpectrum::Data& reference,
   return candidate;
 }
 
-bool FineStage::FitShifts(Finalist& finalist) const {
+bool FineStage::FitShifts(const SharedNoise& shared, Finalist& finalist) const {
   FitParams params;
   params.estimate_scale = params_.estimate_scale;
   const MotionFit fit = FitRobust(shifts_, params);
   if (!fit.ok) return false;
   Registration& result = finalist.result;
+  result.covariance = AfterMotion(result.motion, CovarianceOf(fit, shifts_, params, shared));
   result.motion = Compose(result.motion, fit.motion);
-  result.covariance = fit.covariance;
+  finalist.spread = fit.covariance.diagonal();
   result.blocks = static_cast<int>(shifts_.size());
   result.inliers = fit.inliers;
   double support = 0;
@@ -169,11 +173,10 @@ bool FineStage::FitShifts(Finalist& finalist) const {
 }
 
 /// Standard deviation of the motion at the corners of the image, fine pixels.
-double FineStage::CornerSigma(const Registration& result) const {
+double FineStage::CornerSigma(const Finalist& finalist) const {
   const double half_diagonal = 0.5 * std::hypot(fine_frame_.size.width, fine_frame_.size.height);
-  const Eigen::Vector4d variance = result.covariance.diagonal();
-  return std::sqrt(variance.head<2>().maxCoeff() +
-                   half_diagonal * half_diagonal * variance.tail<2>().sum());
+  return std::sqrt(finalist.spread.head<2>().maxCoeff() +
+                   half_diagonal * half_diagonal * finalist.spread.tail<2>().sum());
 }
 
 /// Refines the finalist with blocks of the fine level.
@@ -184,14 +187,14 @@ bool FineStage::FitSharp(const FrameSpectrum::Data& reference,
   const ImageMotion from = finalist.result.motion;
   const bool all = effort == Effort::kFull;
   MeasureFine(reference, current, from, all ? params_.final_blocks : kFirstBlocks);
-  if (all) return FitShifts(finalist);
+  if (all) return FitShifts(fine_shared_, finalist);
   Finalist quick = finalist;
-  if (FitShifts(quick) && CornerSigma(quick.result) < kTrackedPx) {
+  if (FitShifts(fine_shared_, quick) && CornerSigma(quick) < kTrackedPx) {
     finalist = std::move(quick);
     return true;
   }
   MeasureOtherFine(reference, current, from);
-  return FitShifts(finalist);
+  return FitShifts(fine_shared_, finalist);
 }
 
 void FineStage::LastRounds(const FrameSpectrum::Data& reference,
@@ -201,20 +204,19 @@ void FineStage::LastRounds(const FrameSpectrum::Data& reference,
   Registration& result = finalist.result;
   const int rough_blocks = effort == Effort::kFull ? params_.final_blocks : kFirstBlocks;
   MeasureRough(reference, current, result.motion, rough_blocks, kCloseSearch);
-  if (!FitShifts(finalist)) return;
+  if (!FitShifts(rough_shared_, finalist)) return;
   Finalist sharp = finalist;
   if (!FitSharp(reference, current, effort, sharp)) return;
   const ImageMotion change = Compose(sharp.result.motion, result.motion.Inverse());
   const double step = std::hypot(change.tx_px, change.ty_px);
-  const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
-  if (step < 0.5 + 4 * sigma && sharp.result.inliers >= sharp.result.blocks / 3) {
+  if (step < 0.5 + 4 * finalist.SpreadPx() && sharp.result.inliers >= sharp.result.blocks / 3) {
     finalist = sharp;
     return;
   }
   // One of the images is blurred: another round with the low band, from the current motion, is the
   // best available.
   MeasureRough(reference, current, result.motion, params_.final_blocks, kCloseSearch);
-  FitShifts(finalist);
+  FitShifts(rough_shared_, finalist);
   finalist.blurred = true;
 }
 
@@ -253,7 +255,10 @@ Finalist FineStage::Refine(const FrameSpectrum::Data& reference,
   }
   const float loss =
       params_.same_recording ? std::min(reference.noise.removed, current.noise.removed) : 0;
-  result.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
+  const double by_codec = std::pow(1 + kCommonCodingErrors * loss, 2);
+  result.covariance *= by_codec;
+  finalist.spread *= by_codec;
+  finalist.spread.head<2>() *= fine_frame_.factor * fine_frame_.factor;
   result.covariance.topLeftCorner<2, 4>() *= fine_frame_.factor;
   result.covariance.topLeftCorner<4, 2>() *= fine_frame_.factor;
   return finalist;
@@ -264,7 +269,7 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
                         const Candidate& candidate,
                         Finalist& finalist) {
   const Registration& r = finalist.result;
-  const double sigma = std::sqrt(r.covariance.diagonal().head<2>().maxCoeff());
+  const double sigma = finalist.SpreadPx();
   finalist.determined = sigma > 0 && sigma < kMaxSigmaPx && r.inliers >= params_.min_inliers &&
                         r.inliers >= kMinInlierRatio * r.blocks;
   if (!finalist.determined) return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "mapping/registration/coarse.hpp"
 #include "mapping/registration/frame_data.hpp"
 #include "mapping/registration/level_frame.hpp"
+#include "mapping/registration/motion_covariance.hpp"
 #include "mapping/registration/motion_fit.hpp"
 #include "mapping/registration/registrar.hpp"
 
@@ -39,6 +41,12 @@ struct Finalist {
   /// what distinguishes places of a tiled ceiling, so it is sufficient for a predicted motion only.
   bool alike_but_for_codec = false;
   bool blurred = false;  ///< only the low band could be used
+  /// Variances of (tx, ty, theta, ln scale) as if the blocks were independent, with which limits
+  /// are compared; full pixels, along the axes of the reference.
+  Eigen::Vector4d spread = Eigen::Vector4d::Zero();
+
+  /// Standard deviation of the translation by `spread`, its larger axis.
+  [[nodiscard]] double SpreadPx() const { return std::sqrt(spread.head<2>().maxCoeff()); }
 };
 
 /// The fine stage of registration on two levels: blocks of a rough level (half the resolution of
@@ -145,8 +153,8 @@ class FineStage {
                 const FrameSpectrum::Data& current,
                 Effort effort,
                 Finalist& finalist);
-  bool FitShifts(Finalist& finalist) const;
-  [[nodiscard]] double CornerSigma(const Registration& result) const;
+  bool FitShifts(const SharedNoise& shared, Finalist& finalist) const;
+  [[nodiscard]] double CornerSigma(const Finalist& finalist) const;
   bool IsSound(const FrameSpectrum::Data& reference,
                const FrameSpectrum::Data& current,
                const Candidate& candidate,
@@ -164,6 +172,8 @@ class FineStage {
   LevelFrame rough_frame_;  // its parent is the fine level
   BlockStage rough_;
   BlockStage fine_;
+  SharedNoise rough_shared_;  // of blocks, in fine pixels
+  SharedNoise fine_shared_;
   std::vector<BlockShift> shifts_;  // in fine pixels
   std::vector<BlockShift> others_;  // of MeasureOtherFine
   std::vector<int> chosen_;         // blocks of the last MeasureFine

@@ -20,6 +20,9 @@ struct BlockShift {
   /// Weight of the block; its shift has the inverse covariance quality * sharpness up to a common
   /// factor.
   double quality = 1;
+  /// Error of the shift that the interpolation of the current image is expected to cause, px of the
+  /// reference. Where one image is only shifted against the other, it is the same in all blocks.
+  Eigen::Vector2d sampling = Eigen::Vector2d::Zero();
   double content = 1;  ///< largest peak that the block of the reference can have, 0..1
   double peak = 0;     ///< phase agreement at the peak, 0..1
   double signal = 1;   ///< weight in a consensus, 0..1
@@ -37,7 +40,8 @@ struct MotionFit {
   bool ok = false;
   /// Small motion of the reference: shift(p) = motion.Apply(p) - p.
   ImageMotion motion;
-  /// Of (tx, ty, theta, ln scale), from the residuals.
+  /// Of (tx, ty, theta, ln scale), from the residuals as if they were independent: what limits of
+  /// acceptance are compared with. The errors are larger (CovarianceOf in motion_covariance.hpp).
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   double sigma_px = 0;  ///< robust, of a fully informative block, one axis
   int inliers = 0;

@@ -43,10 +43,8 @@ double PeriodOf(const std::vector<Finalist>& rivals) {
 /// Whether a motion that the prior predicts is accepted although the verdict is kNoMatch.
 bool AgreesWeakly(const Finalist& f) {
   const Registration& r = f.result;
-  const double variance = r.covariance.diagonal().head<2>().maxCoeff();
   return f.total_agreement > kMinExpectedAgreement && r.inliers >= kMinExpectedInliers * r.blocks &&
-         variance < kMaxExpectedSigmaPx * kMaxExpectedSigmaPx &&
-         f.from_candidate_px < kMaxFromCandidatePx;
+         f.SpreadPx() < kMaxExpectedSigmaPx && f.from_candidate_px < kMaxFromCandidatePx;
 }
 
 }  // namespace
