@@ -49,7 +49,7 @@ Eigen::Matrix4d InverseOfFree(const Eigen::Matrix4d& a, bool scale) {
   return inverse;
 }
 
-/// FitSums over the blocks of a fit.
+/// Sums over the blocks of a fit.
 struct FitSums {
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  ///< sum J' W J
   Eigen::Matrix4d scatter = Eigen::Matrix4d::Zero();      ///< of J' W error, unit variance
