@@ -115,15 +115,15 @@ void RunUpdate(UpdateOptions options, const CommonOptions& common, terminal::Sum
 }  // namespace
 
 Command AddUpdateCommand(CLI::App& program) {
-  Command command =
-      MakeCommand(program,
-                  "update",
-                  "Renews a map where the ceiling has changed, by the recording of a robot that "
-                  "drives on it; its frame does not move.",
-                  "ceilmap update hall.gpkg --rig rig.yaml --up up.mp4 --stamps frames.csv\n"
-                  "  ceilmap update hall.gpkg --up monday.mcap --up-topic /up/image_raw -o "
-                  "monday.gpkg\n"
-                  "'ceilmap info --changes MAP' lists what has changed.");
+  Command command = MakeCommand(
+      program,
+      "update",
+      "Renews a map where the ceiling has changed, and extends it, by the recording of a "
+      "robot that drives on it; its frame does not move.",
+      "ceilmap update hall.gpkg --rig rig.yaml --up up.mp4 --stamps frames.csv\n"
+      "  ceilmap update hall.gpkg --up monday.mcap --up-topic /up/image_raw -o "
+      "monday.gpkg\n"
+      "'ceilmap info --changes MAP' lists what has changed.");
   auto options = std::make_shared<UpdateOptions>();
   CLI::App& cli = *command.cli;
   options->inputs.AddTo(cli, "the map");

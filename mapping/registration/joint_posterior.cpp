@@ -26,13 +26,13 @@ std::vector<Eigen::Vector3d> JointStage::Centres(const Lattice& lattice,
   // Of a part of the expectation the right motion may be outside, and one that is a period of the
   // ceiling away inside.
   constexpr double kCovered = 2.5;  // standard deviations
-  constexpr int kMaxCentres = 75;
+  static constexpr int kMaxCentres = 75;
   const auto on_each_side = [](double wanted, int reach) {
-    return static_cast<int>(std::ceil((wanted - reach) / (2 * reach + 1) - 1e-9));
+    const double lattices = std::ceil((wanted - reach) / (2 * reach + 1) - 1e-9);
+    return static_cast<int>(std::clamp<double>(lattices, 0, kMaxCentres));
   };
-  const int shifts = std::max(0, on_each_side(kCovered * sigma_px / frame_.factor, lattice.reach));
-  const int turns =
-      std::max(0, on_each_side(kCovered * sigma_rad / lattice.turn_step, lattice.turns));
+  const int shifts = on_each_side(kCovered * sigma_px / frame_.factor, lattice.reach);
+  const int turns = on_each_side(kCovered * sigma_rad / lattice.turn_step, lattice.turns);
   std::vector<Eigen::Vector3d> centres;
   if ((2 * shifts + 1) * (2 * shifts + 1) * (2 * turns + 1) > kMaxCentres) return centres;
   const int turn_side = 2 * lattice.turns + 1;
