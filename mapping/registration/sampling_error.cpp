@@ -7,7 +7,7 @@
 namespace ceilmap::registration {
 
 SamplingError::SamplingError(const std::vector<float>& window)
-    : middle_(static_cast<double>(window.size() / 2)) {
+    : middle_(std::floor(0.5 * static_cast<double>(window.size()))) {
   const double centre = 0.5 * (static_cast<double>(window.size()) - 1);
   double all = 0;
   double moment = 0;
