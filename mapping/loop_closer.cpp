@@ -31,7 +31,7 @@ constexpr double kMaxRivalRatio = 0.7;
 constexpr int kWindow = 30;  // number of latest keyframes that are moved when a closure is found
 constexpr std::size_t kCachedImages = 40;     // 0.3 MB each for images of 640 x 480
 constexpr std::size_t kCachedSpectra = 12;    // 2 MB
-constexpr std::size_t kCachedReferences = 4;  // of these, with their blocks: 3 MB more
+constexpr std::size_t kCachedReferences = 4;  // of these, as references: 3 MB more
 
 }  // namespace
 

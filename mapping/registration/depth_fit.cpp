@@ -202,7 +202,8 @@ void FitSigma(const PlaneCamera& camera,
   fit.sigma_px = sigma;
 }
 
-/// Sets motion, covariance and sigma_px of the fit.
+/// Sets motion, covariance and sigma_px of the fit. @tparam N  Parameters, of kOrder.
+/// @return false where the blocks do not determine them.
 template <int N>
 bool FitRounds(const PlaneCamera& camera,
                const std::vector<PlaneShift>& shifts,
@@ -243,7 +244,7 @@ bool FitRounds(const PlaneCamera& camera,
   return true;
 }
 
-/// Sets motion, covariance and sigma_px of the fit.
+/// As FitRounds, by what is to be fitted.
 bool FitMotionOrSigma(const PlaneCamera& camera,
                       const std::vector<PlaneShift>& shifts,
                       const std::vector<FixedPart>& fixed,
