@@ -2,17 +2,19 @@
 # Lists the licences of all Debian packages whose libraries `ldd` names for programs or libraries:
 #   tests/licences.sh build/release/app/ceilmap          one line for each package: directly linked or not, licence
 #   tests/licences.sh --gpl build/release/app/ceilmap    only what is under the GPL, and what links it
+#   tests/licences.sh --users build/release/app/ceilmap  separated by tabs, the packages that link it last, for tests/sbom.py
 # The licence is that of "Files: *" in /usr/share/doc/PACKAGE/copyright, and what is known better, below. Exit code 1: some
 # is under the GPL.
 set -euo pipefail
 
-only_gpl=0
-if [[ ${1:-} == --gpl ]]; then
-  only_gpl=1
-  shift
-fi
+only_gpl=0 with_users=0
+case ${1:-} in
+  --gpl) only_gpl=1 ;;
+  --users) with_users=1 ;;
+esac
+if ((only_gpl + with_users)); then shift; fi
 if (($# == 0)); then
-  echo "usage: tests/licences.sh [--gpl] FILE..." >&2
+  echo "usage: tests/licences.sh [--gpl|--users] FILE..." >&2
   exit 2
 fi
 
@@ -42,21 +44,18 @@ is_gpl() {
   [[ $1 =~ (^|[^L])GPL ]] && ! [[ $1 =~ LGPL-[0-9.+]+\ or|or\ LGPL|MPL|BSD-3-clause\ or|Apache.*or ]]
 }
 
-# The Debian package of a file; libraries stand in /usr/lib but may be recorded in /lib.
-package_of() {
-  local answer
-  answer=$(dpkg -S "$1" 2>/dev/null || dpkg -S "${1#/usr}" 2>/dev/null) || return 0
-  echo "${answer%%:*}"
-}
-
 needed_of() { objdump -p "$1" | awk '$1 == "NEEDED" { print $2 }'; }
 
-declare -A package_of_name=() path_of_name=() direct=() users=()
-while read -r name path; do
-  path=$(realpath "$path")
-  path_of_name[$name]=$path
-  package_of_name[$name]=$(package_of "$path")
-done < <(ldd "$@" | awk '$2 == "=>" && $3 ~ /^\// { print $1, $3 }' | sort -u)
+declare -A package_of_name=() package_of_path=() path_of_name=() direct=() users=()
+while read -r name path; do path_of_name[$name]=$(realpath "$path"); done < <(ldd "$@" | awk '$2 == "=>" && $3 ~ /^\// { print $1, $3 }' | sort -u)
+# One search for all of them. Libraries stand in /usr/lib but may be recorded in /lib.
+while IFS=: read -r package _ path; do package_of_path[/usr${path#/usr}]=$package; done < <(
+  dpkg -S "${path_of_name[@]}" "${path_of_name[@]#/usr}" 2>/dev/null | sed 's/: /:/; s/^\([^:]*\):\//\1::\//'
+)
+for name in "${!path_of_name[@]}"; do
+  path=${path_of_name[$name]}
+  package_of_name[$name]=${package_of_path[/usr${path#/usr}]:-}
+done
 for file in "$@"; do
   for name in $(needed_of "$file"); do direct[${package_of_name[$name]:-none}]=1; done
 done
@@ -77,6 +76,10 @@ while read -r package; do
   if ((only_gpl && !gpl)); then continue; fi
   how=indirect
   if [[ -v direct[$package] ]]; then how=direct; fi
+  if ((with_users)); then
+    printf '%s\t%s\t%s\t%s\n' "$package" "$how" "${licence//$'\t'/ }" "$(xargs -n1 <<<"${users[$package]:-}" | sort | xargs)"
+    continue
+  fi
   printf '%-32s %-9s %s' "$package" "$how" "$licence"
   if ((only_gpl)) && [[ $how == indirect ]]; then printf '; used by%s' "${users[$package]:-}"; fi
   echo
