@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -47,10 +48,15 @@ const char* ToString(Change::State state) {
 }
 
 std::vector<Look> NumberedLooks(LookSquares squares) {
+  if (squares.size() > kMaxLooks) {
+    throw RunError("the ceiling looks otherwise in another light at more than " +
+                   std::to_string(kMaxLooks) + " squares of " + std::to_string(Look::kSizePx) +
+                   " px, too many for a map; make it with a coarser --resolution");
+  }
   std::vector<Look> looks;
   looks.reserve(squares.size());
   for (auto& [at, look] : squares) {
-    if (cv::countNonZero(look.image) == 0) continue;
+    if (look.image.empty() || cv::countNonZero(look.image) == 0) continue;
     look.id = static_cast<std::int64_t>(looks.size()) + 1;
     looks.push_back(std::move(look));
   }
@@ -70,10 +76,14 @@ auto Named(OGRFeature& row, const char* column, const Values& values) {
   ThrowDamaged(row, std::string("unknown ") + column);
 }
 
-/// A number of things.
+/// More than any map has of anything. Sums of such numbers do not overflow.
+constexpr std::int64_t kMaxCount = std::int64_t{1} << 50U;
+
+/// A number of things, or of a session.
 std::int64_t CountOf(OGRFeature& row, const char* column) {
   const std::int64_t count = Integer(row, column);
   if (count < 0) ThrowDamaged(row, std::string("negative ") + column);
+  if (count > kMaxCount) ThrowDamaged(row, std::string("impossible ") + column);
   return count;
 }
 
@@ -175,7 +185,8 @@ bool AddHistory(GDALDataset& dataset, OGRSpatialReference& srs, const MapHistory
 
 Session ToSession(OGRFeature& row) {
   Session session;
-  session.id = row.GetFID();
+  session.id = row.GetFID();  // the next session has the next number
+  if (session.id < 1 || session.id > kMaxCount) ThrowDamaged(row, "an impossible number");
   session.date = Text(row, "date");
   session.source = Text(row, "source");
   session.robot = Text(row, "robot");
@@ -193,8 +204,8 @@ Change ToChange(OGRFeature& row) {
   change.id = row.GetFID();
   change.kind = Named(row, "kind", kChangeKinds);
   change.state = Named(row, "state", kChangeStates);
-  change.first_session = Integer(row, "first_session");
-  change.last_session = Integer(row, "last_session");
+  change.first_session = CountOf(row, "first_session");
+  change.last_session = CountOf(row, "last_session");
   if (change.first_session < 1 || change.last_session < change.first_session) {
     ThrowDamaged(row, "sessions in the wrong order");
   }
@@ -205,14 +216,13 @@ Change ToChange(OGRFeature& row) {
   return change;
 }
 
-Look ToLook(OGRFeature& row) {
-  constexpr std::int64_t kMaxPx = 1 << 24;
+Look ToLook(OGRFeature& row, const cv::Size& mosaic) {
   Look look;
   look.id = row.GetFID();
   look.session = CountOf(row, "session");
   const std::int64_t x = Integer(row, "x_px");
   const std::int64_t y = Integer(row, "y_px");
-  if (x < 0 || y < 0 || x > kMaxPx || y > kMaxPx || x % Look::kSizePx != 0 ||
+  if (x < 0 || y < 0 || x >= mosaic.width || y >= mosaic.height || x % Look::kSizePx != 0 ||
       y % Look::kSizePx != 0) {
     ThrowDamaged(row, "a look at an impossible place");
   }

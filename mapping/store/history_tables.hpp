@@ -16,6 +16,7 @@ bool AddHistory(GDALDataset& dataset, OGRSpatialReference& srs, const MapHistory
 /// values.
 Session ToSession(OGRFeature& row);
 Change ToChange(OGRFeature& row);
-Look ToLook(OGRFeature& row);
+/// @param mosaic  size in pixels: a look outside of it is invalid.
+Look ToLook(OGRFeature& row, const cv::Size& mosaic);
 
 }  // namespace ceilmap::store::tables

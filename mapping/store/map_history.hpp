@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
@@ -65,9 +66,12 @@ struct Look {
   cv::Mat image;             ///< CV_8UC1, kSizePx square; 0: as in the mosaic
 };
 
+/// Most looks of a map: 4 GiB of images, which all users of a map keep in memory.
+inline constexpr std::size_t kMaxLooks = std::size_t{1} << 16U;
+
 /// Looks by row and column of their squares.
 using LookSquares = std::map<std::pair<int, int>, Look>;
-/// Those that show anything, numbered 1, 2, 3, ...
+/// Those that show anything, numbered 1, 2, 3, ... @throws RunError for more than kMaxLooks.
 std::vector<Look> NumberedLooks(LookSquares squares);
 
 /// What happened to a map since it was made: empty for a map that was never updated.

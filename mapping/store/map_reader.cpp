@@ -283,7 +283,16 @@ std::vector<Look> MapReader::ReadLooks() const {
     const GdalScope gdal;
     if (!impl_->Has(tables::kLooks)) return {};
   }
-  return impl_->ReadAll<Look>(tables::kLooks, tables::ToLook);
+  const cv::Size mosaic(impl_->grid.width_px, impl_->grid.height_px);
+  std::size_t count = 0;
+  return impl_->ReadAll<Look>(tables::kLooks, [&](OGRFeature& row) {
+    // A small PNG may hold a large image of one grey: each takes as much memory.
+    if (++count > kMaxLooks) {
+      throw InputError("table " + std::string(tables::kLooks) + " has more than " +
+                       std::to_string(kMaxLooks) + " rows; the file is damaged");
+    }
+    return tables::ToLook(row, mosaic);
+  });
 }
 
 const graph::MapQuality& MapReader::Quality() const {

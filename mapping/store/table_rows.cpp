@@ -91,6 +91,7 @@ Eigen::Matrix3d Matrix(OGRFeature& row, const MatrixColumns& names) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto [r, c] = kTriangle[i];
     matrix(r, c) = matrix(c, r) = Real(row, names[i]);
+    if (r == c && matrix(r, c) < 0) ThrowDamaged(row, std::string("negative ") + names[i]);
   }
   return matrix;
 }

@@ -181,6 +181,7 @@ TEST(MapDamage, ImpossibleRows) {
                                 "UPDATE keyframes SET geom = NULL WHERE id = 2",
                                 "UPDATE trajectory SET status = 'sure' WHERE fid = 3",
                                 "UPDATE trajectory SET cxx = -9e999 WHERE fid = 3",
+                                "UPDATE trajectory SET cyy = -1e-9 WHERE fid = 3",
                                 "UPDATE edges SET kind = 'guess' WHERE fid = 1",
                                 "UPDATE edges SET x = 1e200 WHERE fid = 1",
                                 "UPDATE edges SET ixx = NULL WHERE fid = 1"}) {

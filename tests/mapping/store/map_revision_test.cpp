@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 #include "calib/base/error.hpp"
@@ -204,14 +205,53 @@ TEST_F(MapRevisionTest, DamagedLooksAreRefused) {
     revision.Commit();
   };
   const cv::Size size(Look::kSizePx, Look::kSizePx);
-  write({256, 512}, size);
+  write({256, 256}, size);
   EXPECT_EQ(MapReader(file).ReadLooks().size(), 1U);
-  write({256, 512}, {64, 64});
+  write({256, 512}, size);  // below the mosaic
+  EXPECT_THROW((void)MapReader(file).ReadLooks(), InputError);
+  write({256, 256}, {64, 64});
   EXPECT_THROW((void)MapReader(file).ReadLooks(), InputError);
   write({256, 100}, size);
   EXPECT_THROW((void)MapReader(file).ReadLooks(), InputError);
   write({-256, 0}, size);
   EXPECT_THROW((void)MapReader(file).ReadLooks(), InputError);
+}
+
+// Numbers whose successors and sums would overflow.
+TEST_F(MapRevisionTest, ImpossibleNumbersOfTheHistoryAreRefused) {
+  const auto file = folder_ / "map.gpkg";
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  const auto message = [&](const auto& damage) {
+    MapHistory history = ExampleHistory();
+    damage(history);
+    MapRevision revision(file, file, "update");
+    revision.SetHistory(history);
+    revision.Commit();
+    try {
+      (void)MapReader(file).ReadHistory();
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(message([](MapHistory&) {}), "accepted");
+  EXPECT_THAT(message([](MapHistory& history) { history.sessions[1].id = kMost; }),
+              HasSubstr("an impossible number"));
+  EXPECT_THAT(message([](MapHistory& history) { history.sessions[1].frames = kMost; }),
+              HasSubstr("impossible frames"));
+  EXPECT_THAT(message([](MapHistory& history) { history.changes[0].frames = kMost; }),
+              HasSubstr("impossible frames"));
+  EXPECT_THAT(message([](MapHistory& history) { history.changes[0].last_session = kMost; }),
+              HasSubstr("impossible last_session"));
+}
+
+// As many small PNGs as fill the memory of the machine.
+TEST(MapHistory, HoldsAsManyLooksAsFitInMemory) {
+  LookSquares squares;
+  for (int i = 0; i < static_cast<int>(kMaxLooks); ++i) squares[{i, 0}] = {};
+  EXPECT_TRUE(NumberedLooks(squares).empty());  // none shows anything
+  squares[{-1, 0}] = {};
+  EXPECT_THROW((void)NumberedLooks(squares), RunError);
 }
 
 TEST_F(MapRevisionTest, AWindowOfTheMosaicAndItsPyramid) {
