@@ -18,10 +18,10 @@ shift || true
 # Of so many inputs one is run: each takes that much longer than a line of text.
 declare -A one_in=([map]=100)
 # YAML takes a millisecond a kB: room for the samples' rigs and scenes, and no more.
-declare -A longest_bytes=([rig]=2048 [change_rig]=2048 [camera_info]=2048 [scene]=2048 [manifest]=2048)
+declare -A longest_bytes=([rig]=2048 [change_rig]=2048 [camera_info]=2048 [scene]=2048 [manifest]=2048 [settings]=2048)
 declare -A dictionary=([rig]=yaml [change_rig]=yaml [camera_info]=yaml [scene]=yaml [tum]=text [csv]=text [stamps]=text [headings]=text
   [status]=text [pairs]=text [colour_model]=json [mp4]=mp4 [http]=http [command_line]=command_line [arguments]=text
-  [manifest]=site [edges]=edges [points]=text [range]=range)
+  [manifest]=site [edges]=edges [points]=text [range]=range [odometry]=text [gyro]=text [hypotheses]=text [settings]=yaml)
 targets=("$@")
 if ((${#targets[@]} == 0)); then
   for folder in tests/fuzz/corpus/*/; do targets+=("$(basename "$folder")"); done

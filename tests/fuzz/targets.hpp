@@ -25,6 +25,12 @@ void ReadAsManifest(std::string_view bytes);
 void ReadAsEdges(std::string_view bytes);
 void ReadAsPoints(std::string_view bytes);
 void ReadAsRange(std::string_view bytes);
+/// What moves a robot: odometry and gyro, and the motion that they give; the places where it may
+/// be; and parameters of methods.
+void ReadAsOdometry(std::string_view bytes);
+void ReadAsGyro(std::string_view bytes);
+void ReadAsHypotheses(std::string_view bytes);
+void ReadAsSettings(std::string_view bytes);
 void ReadAsMp4(std::string_view bytes);
 /// As damage to a small map: where (3 bytes), how much (1 byte), what; and so on.
 void ReadAsMap(std::string_view bytes);
