@@ -1,11 +1,13 @@
 // What faults of recordings and of the system do to `ceilmap map` and `ceilmap localize`:
 //   ceilmap_faults recordings [-o DIR]   every fault of a recording, three seeds each
+//   ceilmap_faults odometry [-o DIR]     wheels and gyro; bags, fisheye, heights: see fault.hpp
 //   ceilmap_faults system [-o DIR]       every fault of the system
 //   ceilmap_faults videos CASE [-o DIR]  videos as cameras and phones make them; CASE is a part of
 //                                        WORLD/GROUP/CASE, e.g. lab-map/codec, or / for all
-//   ceilmap_faults one FAULT[:SEED] [-o DIR]   one row of the first table; with a seed only that
-//                                        run, whose files stay: up, up.csv, up.tum (the truth,
-//                                        of `map`; visited.tum: of `localize`), m.gpkg, t.csv
+//   ceilmap_faults one [GROUP/]FAULT[:SEED] [-o DIR]   one row of a table (of recordings); with a
+//                                        seed only that run, whose files stay: up, up.csv, up.tum
+//                                        (the truth, of `map`; visited.tum: of `localize`), m.gpkg,
+//                                        t.csv
 // They print Markdown tables.
 // DIR (default: the current folder) takes the files. Exits with 1 when the invariant breaks: no
 // accepted wrong pose, no map lost, no crash.
@@ -99,11 +101,11 @@ bool RunFault(const Lab& lab, const Fault& fault, unsigned first_seed, unsigned 
   return map.Survived() && localize.Survived();
 }
 
-bool RunRecordings(const std::filesystem::path& folder) {
-  const Lab lab(folder);
+bool RunGroup(const FaultGroup& group, const std::filesystem::path& folder) {
+  const Lab lab(folder, group.world());
   PrintHeader();
   bool survived = true;
-  for (const Fault& fault : AllFaults()) survived = RunFault(lab, fault, 1, kSeeds) && survived;
+  for (const Fault& fault : group.faults) survived = RunFault(lab, fault, 1, kSeeds) && survived;
   return survived;
 }
 
@@ -152,8 +154,11 @@ bool RunVideos(const std::string& only, const std::filesystem::path& folder) {
 
 bool RunOne(const std::string& name, const std::filesystem::path& folder) {
   const std::size_t colon = name.rfind(':');
-  const Fault& fault = FaultNamed(name.substr(0, colon));
-  const Lab lab(folder);
+  const std::size_t slash = name.find('/');
+  const std::string group = slash == std::string::npos ? "recordings" : name.substr(0, slash);
+  const std::size_t begin = slash == std::string::npos ? 0 : slash + 1;
+  const Fault& fault = FaultNamed(name.substr(begin, colon - begin), group);
+  const Lab lab(folder, GroupNamed(group).world());
   PrintHeader();
   if (colon == std::string::npos) return RunFault(lab, fault, 1, kSeeds);
   const auto seed = static_cast<unsigned>(std::stoul(name.substr(colon + 1)));
@@ -198,15 +203,18 @@ bool RunSystem(const std::filesystem::path& folder) {
 
 bool Run(const std::vector<std::string>& arguments) {
   const char* const usage =
-      "ceilmap_faults recordings|system|one FAULT[:SEED]|videos CASE [-o DIR]";
+      "ceilmap_faults recordings|odometry|bags|fisheye|heights|system|one [GROUP/]FAULT[:SEED]|"
+      "videos CASE [-o DIR]";
   const support::CommandLine line = support::ParseCommandLine(
       arguments, [](const std::string& mode) { return mode == "one" || mode == "videos"; }, usage);
   const std::filesystem::path folder = std::filesystem::absolute(line.folder);
   std::filesystem::create_directories(folder);
-  if (line.mode == "recordings") return RunRecordings(folder);
   if (line.mode == "one") return RunOne(line.scene.string(), folder);
   if (line.mode == "videos") return RunVideos(line.scene.string(), folder);
   if (line.mode == "system") return RunSystem(folder);
+  for (const FaultGroup& group : AllGroups()) {
+    if (group.name == line.mode) return RunGroup(group, folder);
+  }
   throw InputError(usage);
 }
 

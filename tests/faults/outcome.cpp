@@ -42,6 +42,7 @@ std::vector<std::string> LinesOf(const std::string& text) {
 std::vector<Estimate> PosesOfMap(const fs::path& map) {
   std::vector<Estimate> estimates;
   for (const graph::FramePose& pose : store::MapReader(map).ReadTrajectory()) {
+    if (!graph::HasPose(pose.status)) continue;  // by the wheels alone
     estimates.push_back({pose.stamp_s, pose.T_map_base, pose.covariance});
   }
   return estimates;

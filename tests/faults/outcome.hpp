@@ -49,7 +49,7 @@ struct Estimate {
   Eigen::Matrix3d covariance;
 };
 
-/// The trajectory of a map file.
+/// The trajectory of a map file, without the poses that wheels alone predict; so is the next.
 std::vector<Estimate> PosesOfMap(const std::filesystem::path& map);
 /// The poses of a file of --status.
 std::vector<Estimate> PosesOfStatus(const std::filesystem::path& file);

@@ -63,6 +63,48 @@ simulator::Scene VisitedRoom() {
   return scene;
 }
 
+namespace {
+
+// Changes both drives alike.
+template <typename Change>
+LabWorld Changed(Change change) {
+  LabWorld world = TilesRoom();
+  for (simulator::Scene* const scene : {&world.mapped, &world.visited}) change(*scene);
+  return world;
+}
+
+}  // namespace
+
+LabWorld TilesRoom() {
+  return {MappedRoom(), VisitedRoom()};
+}
+
+LabWorld WheelsRoom() {
+  return Changed([](simulator::Scene& scene) {
+    scene.wheels = simulator::Wheels{.kind = simulator::WheelsKind::kSpeeds};
+    scene.wheels->scale_error_ratio = 0.005;
+    scene.wheels->yaw_noise_deg_per_sqrt_m = 0.3;
+    scene.gyro = simulator::Gyro{.noise_deg_s = 0.1, .bias_deg_s = 0.1};
+  });
+}
+
+LabWorld FisheyeRoom() {
+  return Changed([](simulator::Scene& scene) {
+    scene.camera.distortion_model = calib::LensModel::kEquidistant;
+    scene.camera.distortion = {-0.02, 0.003};
+    scene.camera.focal_px *= 205.0 / 230;  // 200 px from the centre to the corner
+  });
+}
+
+LabWorld RoomWithDepth() {
+  return Changed([](simulator::Scene& scene) {
+    scene.room.height_m += 0.6;
+    scene.fixtures.beam_every_m = 2.5;
+    scene.fixtures.ducts_per_100m2 = 4;
+    scene.fixtures.lamps_per_100m2 = 6;
+  });
+}
+
 Recording Render(const simulator::Scene& scene) {
   const simulator::Renderer renderer(scene);
   Recording recording;

@@ -30,6 +30,20 @@ simulator::Scene OfAnotherRobot(simulator::Scene scene);
 /// The same room on another day, from another robot, on a separate path of about 120 frames.
 simulator::Scene VisitedRoom();
 
+/// A room with the drive that it is mapped from, and that of another robot there.
+struct LabWorld {
+  simulator::Scene mapped;
+  simulator::Scene visited;
+};
+/// MappedRoom and VisitedRoom.
+LabWorld TilesRoom();
+/// The same for robots with wheels and a gyro.
+LabWorld WheelsRoom();
+/// The same through fisheye lenses (equidistant, 112 degrees along the diagonal).
+LabWorld FisheyeRoom();
+/// The same room, 0.6 m higher, with beams, ducts and lamps below the ceiling: several heights.
+LabWorld RoomWithDepth();
+
 /// Renders the scene's drive.
 Recording Render(const simulator::Scene& scene);
 
@@ -38,10 +52,16 @@ enum class Storage {
   kImages,  ///< a folder of PNG, numbered in order
   kMp4,     ///< H.264, as `ceilmap simulate` stores it
   kAnnexB,  ///< the same, as a camera sends it: NAL units behind start codes, no container
-  kCoarse   ///< x265 at CRF 35
+  kCoarse,  ///< x265 at CRF 35
+  kMcap,    ///< a bag of ROS 2, with wheels and gyro
+  kRosbag2  ///< the same as a database of rosbag2
 };
+/// Whether it is a bag, which bag_storage.hpp writes.
+constexpr bool IsBag(Storage storage) {
+  return storage == Storage::kMcap || storage == Storage::kRosbag2;
+}
 
-/// Stores the images under `folder`/up, up.mp4 or up.h264. @return that path.
+/// Stores the images under `folder`/up, up.mp4 or up.h264; in no bag. @return that path.
 std::filesystem::path StoreImages(const Recording& recording,
                                   const std::filesystem::path& folder,
                                   Storage storage);

@@ -45,7 +45,8 @@ class Target {
   [[nodiscard]] MapState State() const { return lab_.StateOf(Map(), before_); }
 
   [[nodiscard]] std::vector<std::string> Command() const {
-    std::vector<std::string> arguments = lab_.MapArguments("short/up", "short.csv", Map().string());
+    std::vector<std::string> arguments =
+        Lab::MapArguments({"--up=short/up", "--stamps=short.csv"}, Map().string());
     arguments.insert(arguments.begin(), CEILMAP_EXE);
     return arguments;
   }
