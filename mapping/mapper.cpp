@@ -129,6 +129,7 @@ struct Mapper::Impl {
   std::vector<float> peaks;
   int consecutive_lost = 0;
   bool closed = false;
+  bool without_wheels = false;
   MapperReport report;
 
   void WaitForLoops() {
@@ -139,6 +140,7 @@ struct Mapper::Impl {
   void CorrectScale(const OdometryStep& step);
   void Count(const OdometryStep& step);
   void NoteLoss();
+  void TakeEdges();
   void JoinSegments();
   void Rescale();
   void InsertPredicted();
@@ -240,6 +242,14 @@ void Mapper::Impl::NoteLoss() {
   consecutive_lost = 0;
 }
 
+/// The edges that were found so far.
+void Mapper::Impl::TakeEdges() {
+  graph.edges = closer->Graph().Edges();
+  if (!without_wheels) return;
+  std::erase_if(graph.edges,
+                [](const graph::Edge& edge) { return edge.kind == graph::Edge::Kind::kWheels; });
+}
+
 /// Joins the segments between which the robot was lost; segments that cannot be joined are removed.
 void Mapper::Impl::JoinSegments() {
   const std::vector<std::vector<std::int64_t>> parts = graph::Components(graph);
@@ -251,7 +261,7 @@ void Mapper::Impl::JoinSegments() {
   graph.quality.loops += joined.loops;
   std::unordered_set<std::int64_t> keep;
   for (const std::size_t part : joined.joined) keep.insert(parts[part].begin(), parts[part].end());
-  graph.edges = closer->Graph().Edges();
+  TakeEdges();
   graph::MoveKeyframes(graph, closer->Graph().Poses());
   for (const graph::Keyframe& keyframe : graph.keyframes) {
     if (!keep.contains(keyframe.id)) writer.RemoveImage(keyframe.id);
@@ -337,6 +347,11 @@ graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
   return step.pose;
 }
 
+void Mapper::ForgetWheels() {
+  impl_->without_wheels = true;
+  impl_->predicted = {};
+}
+
 void Mapper::Close() {
   Impl& me = *impl_;
   if (me.closed) return;
@@ -356,7 +371,7 @@ void Mapper::Close() {
     me.report.median_peak = *middle;
   }
   const StageTimer timer(me.report.optimize_ms);
-  me.graph.edges = me.closer->Graph().Edges();
+  me.TakeEdges();
   graph::MoveKeyframes(me.graph, me.closer->Graph().Poses());
   me.JoinSegments();
   me.graph.quality.loops += me.closer->Counts();

@@ -96,6 +96,10 @@ class Mapper {
                            double stamp_s,
                            const FrameContext& context = {});
 
+  /// The wheels turned out to be wrong (wheels::WheelFault): Close() leaves out what they alone
+  /// know. Parts of the drive that only they connect are joined by their images, or left out.
+  void ForgetWheels();
+
   /// Ends the recording and optimizes all poses together. No Process after it.
   /// @throws RunError when no frame showed any texture.
   void Close();

@@ -48,7 +48,9 @@ bool BagFrames::Next(cv::Mat& image, std::optional<double>& time_s) {
     try {
       const std::int64_t header_ns = Decode(image);
       CheckImageSize(image.size(), stream_->Recording().Name());
-      time_s = SecondsOf(times_.Of(header_ns, message_.log_time_ns));
+      const std::optional<std::int64_t> stamp_ns = times_.Of(header_ns, message_.log_time_ns);
+      if (!stamp_ns) continue;
+      time_s = SecondsOf(*stamp_ns);
       ++frames_;
       return true;
     } catch (const bags::MessageError& error) {
@@ -67,6 +69,14 @@ bool BagFrames::Next(cv::Mat& image, std::optional<double>& time_s) {
 
 std::vector<std::string> BagFrames::EndRemarks() {
   std::vector<std::string> remarks = stream_->Recording().TakeWarnings();
+  if (times_.Late() > 0) {
+    remarks.push_back(
+        fmt::format("{}: {} images of {} were recorded after later ones, and were "
+                    "left out",
+                    stream_->Recording().Name(),
+                    times_.Late(),
+                    stream_->Topic().name));
+  }
   if (times_.Replaced() > 0) {
     remarks.push_back(
         fmt::format("{}: {} of {} headers of {} have no time, or none that is later than that of "

@@ -13,6 +13,10 @@ namespace {
 constexpr double kMaxGapS = 0.5;    // between samples
 constexpr double kMaxHoldS = 0.15;  // after the last sample
 constexpr double kKeptS = 120;
+// No robot is faster, and no pose further away. A recording in other units may be.
+constexpr double kMaxM = 1e9;
+constexpr double kMaxMS = 1e6;
+constexpr double kMaxRadS = 1e6;
 // Noise across the direction of travel, as a part of that along it: wheels slip little sideways.
 constexpr double kAcrossRatio = 0.5;
 
@@ -66,9 +70,17 @@ void DeadReckoning::Add(const OdometrySample& sample) {
   if (!std::isfinite(T.x + T.y + T.yaw)) {
     throw InputError(fmt::format("odometry: the pose at {} s is not finite", sample.stamp_s));
   }
+  if (T.Translation().cwiseAbs().maxCoeff() > kMaxM) {
+    throw InputError(
+        fmt::format("odometry: the pose at {} s is more than {} m away, must be in metres",
+                    sample.stamp_s,
+                    kMaxM));
+  }
   CheckStamp("odometry", sample.stamp_s, LastStamp(wheels_));
   speeds_ = false;
-  wheels_.push_back({sample.stamp_s, T * T_base_axle_});
+  AxlePose pose{sample.stamp_s, T * T_base_axle_};
+  pose.jumped = Jumps(pose);
+  wheels_.push_back(pose);
   ++samples_;
   DropOld(wheels_);
 }
@@ -79,12 +91,18 @@ void DeadReckoning::Add(const WheelSpeedSample& sample) {
   if (!v.linear_m_s.allFinite() || !std::isfinite(v.yaw_rad_s)) {
     throw InputError(fmt::format("odometry: the speed at {} s is not finite", sample.stamp_s));
   }
+  if (v.linear_m_s.norm() > kMaxMS || std::abs(v.yaw_rad_s) > kMaxRadS) {
+    throw InputError(fmt::format(
+        "odometry: the speed at {} s is more than {} m/s or rad/s", sample.stamp_s, kMaxMS));
+  }
   CheckStamp("odometry", sample.stamp_s, LastStamp(wheels_));
   speeds_ = true;
   AxlePose pose{sample.stamp_s, {}};
   if (!wheels_.empty()) {
     const AxlePose& before = wheels_.back();
-    pose.T_odom_axle = before.T_odom_axle * v.Over(sample.stamp_s - before.stamp_s);
+    // Nothing is asked about a gap.
+    const double elapsed_s = std::min(sample.stamp_s - before.stamp_s, kMaxGapS);
+    pose.T_odom_axle = before.T_odom_axle * v.Over(elapsed_s);
   }
   wheels_.push_back(pose);
   ++samples_;
@@ -95,15 +113,41 @@ void DeadReckoning::Add(const GyroSample& sample) {
   if (!std::isfinite(sample.yaw_rate_rad_s)) {
     throw InputError(fmt::format("gyro: the turn rate at {} s is not finite", sample.stamp_s));
   }
+  if (std::abs(sample.yaw_rate_rad_s) > kMaxRadS) {
+    throw InputError(
+        fmt::format("gyro: the turn rate at {} s is more than {} rad/s", sample.stamp_s, kMaxRadS));
+  }
   CheckStamp("gyro", sample.stamp_s, LastStamp(gyro_));
   Turned turned{sample.stamp_s, sample.yaw_rate_rad_s, 0};
   if (!gyro_.empty()) {
     const Turned& before = gyro_.back();
     turned.yaw_rad = before.yaw_rad + 0.5 * (before.rate_rad_s + turned.rate_rad_s) *
-                                          (turned.stamp_s - before.stamp_s);
+                                          std::min(turned.stamp_s - before.stamp_s, kMaxGapS);
   }
   gyro_.push_back(turned);
   DropOld(gyro_);
+}
+
+/// Whether the pose is where no robot gets from the last one, which moved as robots do: it was set
+/// by something else, a correction or a new beginning.
+bool DeadReckoning::Jumps(const AxlePose& now) const {
+  constexpr double kMinM = 0.25;
+  constexpr double kMinRad = 0.5;
+  constexpr double kSpeedMS = 10;
+  constexpr double kRateRadS = 20;
+  constexpr double kSudden = 10;  // times the step before: other units are no jump
+  if (wheels_.size() < 2) return false;
+  const AxlePose& last = wheels_.back();
+  const AxlePose& before = *std::prev(wheels_.end(), 2);
+  const double elapsed_s = now.stamp_s - last.stamp_s;
+  const Pose2 step = last.T_odom_axle.Inverse() * now.T_odom_axle;
+  const Pose2 step_before = before.T_odom_axle.Inverse() * last.T_odom_axle;
+  const double usual = kSudden * elapsed_s / (last.stamp_s - before.stamp_s);
+  const double length = step.Translation().norm();
+  const double turn = std::abs(step.yaw);
+  return (length > kMinM + kSpeedMS * elapsed_s &&
+          length > usual * step_before.Translation().norm()) ||
+         (turn > kMinRad + kRateRadS * elapsed_s && turn > usual * std::abs(step_before.yaw));
 }
 
 /// Integral of the rate up to a time, linear between the samples.
@@ -210,7 +254,8 @@ std::optional<RelativeMotion> DeadReckoning::AxleMotion(double from_s,
     const AxlePose& after = held ? wheels_.back() : *next;
     const AxlePose& before = held ? *std::prev(next, 2) : *std::prev(next);
     const double gap_s = after.stamp_s - before.stamp_s;
-    if (gap_s > kMaxGapS || (held && end_s - after.stamp_s > kMaxHoldS)) return std::nullopt;
+    if (gap_s > kMaxGapS || after.jumped || (held && end_s - after.stamp_s > kMaxHoldS))
+      return std::nullopt;
     const double until_s = held ? end_s : std::min(end_s, after.stamp_s);
     const Pose2 whole = before.T_odom_axle.Inverse() * after.T_odom_axle;
     motion =

@@ -42,8 +42,8 @@ class DeadReckoning {
   ///   model.
   explicit DeadReckoning(const WheelModel& model = {}, double axle_behind_m = 0);
 
-  /// @throws InputError on a sample that is not finite, or not later than the one before, and when
-  ///   poses and speeds are mixed.
+  /// @throws InputError on a sample that is not finite or impossibly large, or not later than the
+  ///   one before, and when poses and speeds are mixed.
   void Add(const OdometrySample& sample);
   void Add(const WheelSpeedSample& sample);
   void Add(const GyroSample& sample);
@@ -54,7 +54,7 @@ class DeadReckoning {
   void SetModel(const WheelModel& model);
 
   /// The motion of base. @param from_s, to_s  in the clock of the images, from_s <= to_s.
-  /// @return nothing where the wheels have a gap of more than half a second.
+  /// @return nothing where the wheels have a gap of more than half a second, or their pose jumps.
   [[nodiscard]] std::optional<RelativeMotion> Between(double from_s, double to_s) const;
   /// The motion of the axle, with other constants.
   [[nodiscard]] std::optional<RelativeMotion> AxleBetween(double from_s,
@@ -79,7 +79,9 @@ class DeadReckoning {
   struct AxlePose {
     double stamp_s = 0;
     Pose2 T_odom_axle;
+    bool jumped = false;  // since the sample before
   };
+  [[nodiscard]] bool Jumps(const AxlePose& now) const;
   struct Turned {  // by the gyro
     double stamp_s = 0;
     double rate_rad_s = 0;

@@ -144,6 +144,7 @@ std::optional<Estimate> CeilingMapper::Flush() {
 
 mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
   Impl& me = *impl_;
+  if (Sensed().wheels.fault != wheels::WheelFault::kNone) me.mapper->ForgetWheels();
   mapping::MappingResult result =
       me.extension
           ? me.extension->Finish(me.source, me.view, me.mapping, *me.mapper, *me.writer, progress)

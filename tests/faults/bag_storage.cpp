@@ -128,7 +128,9 @@ void ClearStamps(BagMessages& messages, const std::string& topic) {
   constexpr int kBegin = 4;
   constexpr int kBytes = 8;
   for (BagMessage& message : messages) {
-    if (message.topic == topic) std::fill_n(message.bytes.begin() + kBegin, kBytes, 0);
+    if (message.topic != topic) continue;
+    std::fill_n(message.bytes.begin() + kBegin, kBytes, std::uint8_t{0});
+    message.log_ns -= kLateNs;
   }
 }
 

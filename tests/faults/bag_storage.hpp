@@ -31,7 +31,7 @@ void WriteBag(const BagMessages& messages, const std::filesystem::path& bag);
 void DropMessages(BagMessages& messages, double share, Random& random);
 /// This share of all messages comes twice.
 void DuplicateMessages(BagMessages& messages, double share, Random& random);
-/// The topic has no stamps: they are 0.
+/// The topic has no stamps: they are 0, and its messages are recorded without delay.
 void ClearStamps(BagMessages& messages, const std::string& topic);
 /// This share of all messages is recorded up to half a second later.
 void DelayMessages(BagMessages& messages, double share, Random& random);

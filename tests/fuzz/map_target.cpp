@@ -28,16 +28,18 @@ class DamagedMap {
     const fs::path folder = fs::is_directory(memory) ? memory : fs::temp_directory_path();
     file_ = folder / ("ceilmap-fuzz-" + std::to_string(getpid()) + ".gpkg");
     store::synthetic::SmallMap map;
-    store::MapWriter writer(file_, map.metadata);
-    for (const graph::Keyframe& keyframe : map.keyframes) {
-      writer.AddImage(keyframe.id, store::synthetic::Image(keyframe.id, map.metadata.view_size));
-      const cv::Mat descriptors(2, 8, CV_32FC1, cv::Scalar(0.5));
-      writer.AddDescriptors(keyframe.id, descriptors);
+    {
+      store::MapWriter writer(file_, map.metadata);
+      for (const graph::Keyframe& keyframe : map.keyframes) {
+        writer.AddImage(keyframe.id, store::synthetic::Image(keyframe.id, map.metadata.view_size));
+        const cv::Mat descriptors(2, 8, CV_32FC1, cv::Scalar(0.5));
+        writer.AddDescriptors(keyframe.id, descriptors);
+      }
+      writer.WriteGraph(map.Graph());
+      constexpr double kResolution = 0.05;
+      writer.WriteMosaic({-1, 1, kResolution, 40, 30}, store::synthetic::FillMosaic);
+      writer.Commit();
     }
-    writer.WriteGraph(map.Graph());
-    constexpr double kResolution = 0.05;
-    writer.WriteMosaic({-1, 1, kResolution, 40, 30}, store::synthetic::FillMosaic);
-    writer.Commit();
     AddHistory(map.keyframes.front().pose.T_map_base.Translation());
     std::ifstream stream(file_, std::ios::binary);
     good_.assign(std::istreambuf_iterator<char>(stream), {});

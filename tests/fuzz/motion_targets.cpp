@@ -47,10 +47,13 @@ void ReadAsOdometry(std::string_view bytes) {
   RequireOrder(read->poses);
   RequireOrder(read->speeds);
   Require(read->FirstStamp() <= read->LastStamp(), "it ends before it begins");
-  wheels::DeadReckoning reckoning;
-  for (const wheels::OdometrySample& sample : read->poses) reckoning.Add(sample);
-  for (const wheels::WheelSpeedSample& sample : read->speeds) reckoning.Add(sample);
-  RequireFinite(reckoning, read->FirstStamp(), read->LastStamp());
+  (void)Accepted([&] {
+    wheels::DeadReckoning reckoning;
+    for (const wheels::OdometrySample& sample : read->poses) reckoning.Add(sample);
+    for (const wheels::WheelSpeedSample& sample : read->speeds) reckoning.Add(sample);
+    RequireFinite(reckoning, read->FirstStamp(), read->LastStamp());
+    return 0;
+  });
 }
 
 void ReadAsGyro(std::string_view bytes) {
@@ -61,11 +64,14 @@ void ReadAsGyro(std::string_view bytes) {
   // Beside wheels that stand.
   const double first_s = read->samples.front().stamp_s;
   const double last_s = read->samples.back().stamp_s;
-  wheels::DeadReckoning reckoning;
-  reckoning.Add(wheels::OdometrySample{first_s, {}});
-  for (const wheels::GyroSample& sample : read->samples) reckoning.Add(sample);
-  if (last_s > first_s) reckoning.Add(wheels::OdometrySample{last_s, {}});
-  RequireFinite(reckoning, first_s, last_s);
+  (void)Accepted([&] {
+    wheels::DeadReckoning reckoning;
+    reckoning.Add(wheels::OdometrySample{first_s, {}});
+    for (const wheels::GyroSample& sample : read->samples) reckoning.Add(sample);
+    if (last_s > first_s) reckoning.Add(wheels::OdometrySample{last_s, {}});
+    RequireFinite(reckoning, first_s, last_s);
+    return 0;
+  });
 }
 
 void ReadAsHypotheses(std::string_view bytes) {

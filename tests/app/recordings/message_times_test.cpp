@@ -37,9 +37,35 @@ TEST(MessageTimes, AHeaderThatDoesNotRiseGoesOnByTheLog) {
   MessageTimes times(BagStamp::kHeader);
   EXPECT_EQ(times.Of(5 * kSecond, 100 * kSecond), 5 * kSecond);
   EXPECT_EQ(times.Of(5 * kSecond, 102 * kSecond), 7 * kSecond);
-  EXPECT_EQ(times.Of(6 * kSecond, 101 * kSecond), 7 * kSecond + 1'000'000) << "the log went back";
+  EXPECT_EQ(times.Of(7 * kSecond, 101 * kSecond), 7 * kSecond + 1'000'000) << "the log went back";
   EXPECT_EQ(times.Of(8 * kSecond, 103 * kSecond), 8 * kSecond);
   EXPECT_EQ(times.Replaced(), 2);
+}
+
+// With a stamp by the log it would have a pose at a wrong time.
+TEST(MessageTimes, AMessageThatWasRecordedLateIsLeftOut) {
+  constexpr std::int64_t kTenth = kSecond / 10;
+  MessageTimes times(BagStamp::kHeader);
+  EXPECT_EQ(times.Of(50 * kTenth, 1000 * kTenth), 50 * kTenth);
+  EXPECT_EQ(times.Of(52 * kTenth, 1002 * kTenth), 52 * kTenth);
+  EXPECT_EQ(times.Of(51 * kTenth, 1003 * kTenth), std::nullopt);
+  EXPECT_EQ(times.Of(53 * kTenth, 1004 * kTenth), 53 * kTenth);
+  EXPECT_EQ(times.Late(), 1);
+  EXPECT_EQ(times.Replaced(), 0);
+}
+
+TEST(MessageTimes, AClockThatWasSetBackGoesOnByTheLogAfterASecond) {
+  constexpr std::int64_t kTenth = kSecond / 10;
+  MessageTimes times(BagStamp::kHeader);
+  EXPECT_EQ(times.Of(500 * kTenth, 1000 * kTenth), 500 * kTenth);
+  for (int i = 1; i < 10; ++i) {
+    EXPECT_EQ(times.Of((100 + i) * kTenth, (1000 + i) * kTenth), std::nullopt) << i;
+  }
+  for (int i = 10; i < 30; ++i) {
+    EXPECT_EQ(times.Of((100 + i) * kTenth, (1000 + i) * kTenth), (500 + i) * kTenth) << i;
+  }
+  EXPECT_EQ(times.Late(), 9);
+  EXPECT_EQ(times.Replaced(), 20);
 }
 
 }  // namespace

@@ -98,6 +98,51 @@ TEST(DeadReckoning, TellsNothingAcrossAGap) {
 }
 
 // A robot that turns about its axle moves its base, by its turn and not by its travel.
+// An odometry that something else corrects, or that begins anew.
+TEST(DeadReckoning, TellsNothingAcrossAJump) {
+  const auto with_jump = [](const Pose2& jump) {
+    DeadReckoning wheels(Exact());
+    for (int i = 0; i <= 40; ++i) {
+      const Pose2 pose = OnCircle(0.05 * i);
+      wheels.Add(OdometrySample{0.05 * i, i < 20 ? pose : jump * pose});
+    }
+    return wheels;
+  };
+  for (const Pose2& jump : {Pose2{2, 0, 0}, Pose2{0, -1, 0}, Pose2{0, 0, 2}}) {
+    const DeadReckoning wheels = with_jump(jump);
+    EXPECT_TRUE(wheels.Between(0.1, 0.9));
+    EXPECT_FALSE(wheels.Between(0.9, 1.1));
+    EXPECT_TRUE(wheels.Between(1.05, 1.9));
+  }
+  EXPECT_TRUE(with_jump({0.2, 0, 0}).Between(0.9, 1.1)) << "a slip";
+}
+
+// The calibrator reports other units; they must not look like jumps.
+TEST(DeadReckoning, OtherUnitsAreNoJumps) {
+  DeadReckoning wheels(Exact());
+  for (int i = 0; i <= 40; ++i) {
+    Pose2 pose = OnCircle(0.05 * i);
+    pose.x *= 1000;
+    pose.y *= 1000;
+    wheels.Add(OdometrySample{0.05 * i, pose});
+  }
+  EXPECT_TRUE(wheels.Between(0.1, 1.9));
+}
+
+// Motions that are computed of it would not be finite.
+TEST(DeadReckoning, RefusesWhatIsImpossiblyLarge) {
+  DeadReckoning wheels(Exact());
+  EXPECT_THROW(wheels.Add(OdometrySample{0, {1e300, 0, 0}}), InputError);
+  EXPECT_THROW(wheels.Add(GyroSample{0, 1e300}), InputError);
+  EXPECT_THROW(wheels.Add(WheelSpeedSample{0, {{1e300, 0}, 0}}), InputError);
+  EXPECT_THROW(wheels.Add(WheelSpeedSample{0, {{0, 0}, -1e300}}), InputError);
+  wheels.Add(WheelSpeedSample{0, {{1e6, 0}, 1e6}});
+  wheels.Add(WheelSpeedSample{1e300, {{1e6, 0}, 1e6}});
+  wheels.Add(GyroSample{0, 1e6});
+  wheels.Add(GyroSample{1e300, 1e6});
+  EXPECT_FALSE(wheels.Between(0, 1));
+}
+
 TEST(DeadReckoning, BaseMayStandBeforeTheAxle) {
   WheelModel model;
   model.scale = {1.1, 0};
