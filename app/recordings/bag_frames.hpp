@@ -20,7 +20,7 @@ class BagFrames final : public FrameReader {
   [[nodiscard]] std::optional<std::int64_t> ExpectedFrames() const override;
   [[nodiscard]] bool CountsExactly() const override { return true; }
   [[nodiscard]] std::optional<double> FramePeriod() const override;
-  [[nodiscard]] std::int64_t LeftOut() const override { return left_out_; }
+  [[nodiscard]] std::int64_t LeftOut() const override { return left_out_ + times_.Late(); }
   [[nodiscard]] std::string Part() const override { return stream_->Topic().name; }
   [[nodiscard]] std::vector<std::string> EndRemarks() override;
   void Stop() override { stream_->Stop(); }

@@ -89,6 +89,32 @@ TEST_F(Faults, ASizeThatChangesIsRefused) {
   EXPECT_THAT(outcome.message, HasSubstr("is 160x120 px, the frames before it are 320x240"));
 }
 
+TEST_F(Faults, ABagThatIsCutOffIsMappedUpToThere) {
+  const Outcome outcome = TheLab().Map(FaultNamed("MCAP cut off at two thirds", "bags"), 1);
+  ExpectSurvived(outcome);
+  EXPECT_EQ(outcome.map, MapState::kNew);
+  EXPECT_GT(outcome.Coverage(), 0.6);
+}
+
+// With times by the log, up to half a second late, poses would be those of other moments.
+TEST_F(Faults, ImagesThatAreRecordedLateGetNoOtherTimes) {
+  const Outcome outcome =
+      TheLab().Localize(FaultNamed("20 % of messages recorded up to 0.5 s late", "bags"), 1);
+  ExpectSurvived(outcome);
+  EXPECT_GT(outcome.Coverage(), 0.7);
+}
+
+// The parts on both sides of the dark are connected by nothing else.
+TEST(FaultsOfWheels, AGyroOfTheOppositeSignMovesNoPartOfTheMap) {
+  const support::TestFolder folder;
+  const FaultGroup& group = GroupNamed("odometry");
+  const Lab lab(folder.Path(), group.world());
+  const Outcome outcome =
+      lab.Map(FaultNamed("dark, and a gyro of the opposite sign", group.name), 1);
+  ExpectSurvived(outcome);
+  EXPECT_GT(outcome.Coverage(), 0.3);
+}
+
 void ExpectSurvived(const SystemResult& result) {
   EXPECT_GT(result.trials, 0);
   EXPECT_EQ(result.lost_maps, 0);
