@@ -29,11 +29,14 @@
 #include "app/bags/messages.hpp"
 #include "tests/app/bags/mcap_bytes.hpp"
 #include "tests/app/bags/ros1_bytes.hpp"
-#include "tests/app/bags/sqlite_file.hpp"
 #include "tests/bench/median.hpp"
+#include "tests/support/sqlite_file.hpp"
 
 namespace ceilmap::bags {
 namespace {
+
+using support::kRosbag2Schema;
+using support::SqliteFile;
 
 constexpr std::uint64_t kNsPerS = 1'000'000'000;
 constexpr std::uint32_t kWidth = 1600;

@@ -7,7 +7,7 @@
 #include "app/bags/mcap_writer.hpp"
 #include "app/bags/message_encoding.hpp"
 #include "app/bags/message_types.hpp"
-#include "tests/app/bags/sqlite_file.hpp"
+#include "tests/support/sqlite_file.hpp"
 
 namespace fs = std::filesystem;
 
@@ -36,7 +36,7 @@ void Add(BagMessages& messages,
 }
 
 void WriteDatabase(const BagMessages& messages, const fs::path& bag) {
-  bags::SqliteFile file(bag, bags::kRosbag2Schema);
+  support::SqliteFile file(bag, support::kRosbag2Schema);
   file.Run("BEGIN");
   std::map<std::string, int> topics;
   for (const BagMessage& message : messages) {

@@ -10,12 +10,16 @@
 #include "app/bags/bag_reader.hpp"
 #include "tests/app/bags/mcap_bytes.hpp"
 #include "tests/app/bags/read_bag.hpp"
-#include "tests/app/bags/sqlite_file.hpp"
+#include "tests/support/sqlite_file.hpp"
 #include "tests/support/test_folder.hpp"
 
 namespace ceilmap::bags {
 namespace {
 
+using support::kRosbag2Schema;
+using support::kTables;
+using support::kTwoTopics;
+using support::SqliteFile;
 using testing::ElementsAre;
 using testing::IsEmpty;
 

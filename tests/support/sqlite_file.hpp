@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace ceilmap::bags {
+namespace ceilmap::support {
 
 inline const std::string kTables =
     "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
@@ -59,4 +59,4 @@ class SqliteFile {
   sqlite3* database_ = nullptr;
 };
 
-}  // namespace ceilmap::bags
+}  // namespace ceilmap::support
