@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "app/bags/mcap_writer.hpp"
 #include "app/bags/message_encoding.hpp"
@@ -116,6 +117,7 @@ void DropMessages(BagMessages& messages, double share, Random& random) {
 
 void DuplicateMessages(BagMessages& messages, double share, Random& random) {
   BagMessages all;
+  all.reserve(2 * messages.size());
   for (const BagMessage& message : messages) {
     all.push_back(message);
     if (Chance(share, random)) all.push_back(message);

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <sstream>
 #include <utility>
+#include <vector>
 
 namespace ceilmap::faults {
 namespace {
@@ -50,6 +51,7 @@ Motion MissingWheels(const Motion& good, double share, Random& random) {
 Motion SlippingWheels(const Motion& good, int times, double extra_m, Random& random) {
   constexpr double kSeconds = 0.5;
   std::vector<double> begins;
+  begins.reserve(static_cast<std::size_t>(times));
   for (int i = 0; i < times; ++i) {
     begins.push_back(good.wheels[RandomIndex(good.wheels.size(), random)].stamp_s);
   }
@@ -92,6 +94,7 @@ Motion WrongScale(const Motion& good, double factor) {
 
 Motion JumpingPoses(const Motion& good, int jumps, Random& random) {
   std::vector<std::size_t> at;
+  at.reserve(static_cast<std::size_t>(jumps));
   for (int i = 0; i < jumps; ++i) at.push_back(1 + RandomIndex(good.wheels.size() - 1, random));
   Motion faulty = good;
   for (const std::size_t first : at) {
@@ -107,6 +110,7 @@ Motion JumpingPoses(const Motion& good, int jumps, Random& random) {
 
 Motion ShuffledRows(const Motion& good, double share, Random& random) {
   Motion faulty;
+  faulty.wheels.reserve(2 * good.wheels.size());
   for (const WheelSample& sample : good.wheels) {
     faulty.wheels.push_back(sample);
     if (Between(0, 1, random) < share) faulty.wheels.push_back(sample);
