@@ -71,9 +71,9 @@ registration::RegistrarParams ParamsFor(const calib::CeilingView& view) {
   return params;
 }
 
-/// Standard deviation of the tilt, rad.
+/// Standard deviation of the tilt with which limits are compared, rad.
 double TiltSigma(const PlaneFit& fit) {
-  return std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace());
+  return std::sqrt(fit.tilt_spread.trace());
 }
 
 /// The pose without its tilt: the pose of a level robot with the same foot and heading.
@@ -226,6 +226,7 @@ PlaneFit CeilingTracker::PreferLevel(const Frame& frame, const PlaneFit& tilted)
   const Eigen::Vector2d tilt(tilted.motion.tilt_x, tilted.motion.tilt_y);
   level.covariance = tilted.covariance;
   level.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
+  level.tilt_spread = tilted.tilt_spread + tilt * tilt.transpose();
   return level;
 }
 
