@@ -24,7 +24,7 @@ const std::array<DepthScene, 5> kDepthScenes{
      {"three planes", {{1.15, 0.3, 260}, {1.4, 0.25, 190}}},
      {"few beams", {{1.25, 0.12, 220}}}}};
 
-const std::array<DepthCondition, 8> kDepthConditions{
+const std::array<DepthCondition, 9> kDepthConditions{
     {{.name = "noise 1", .noise = 1},
      {.name = "noise 2"},
      {.name = "noise 4", .noise = 4},
@@ -32,6 +32,7 @@ const std::array<DepthCondition, 8> kDepthConditions{
      {.name = "short travel", .min_travel_px = 3, .max_travel_px = 15},
      {.name = "one earlier", .earlier = 1},
      {.name = "unknown heights", .max_travel_px = 40, .earlier = 0},
+     {.name = "unknown, noise 4", .noise = 4, .max_travel_px = 40, .earlier = 0},
      {.name = "320x240", .size = {320, 240}, .min_travel_px = 10, .max_travel_px = 40}}};
 
 /// A plane or a layer with its pattern.
@@ -131,6 +132,13 @@ DeepImages MakeDeepImages(const DepthScene& scene,
   };
   DeepImages images;
   images.reference = take({}).image;
+  images.rho = [surfaces](const Eigen::Vector2d& p) {
+    double rho = 1;
+    for (std::size_t i = 1; i < surfaces.size(); ++i) {
+      if (surfaces[i].Cover(p) > 0.5) rho = surfaces[i].layer.rho;
+    }
+    return rho;
+  };
   images.earlier.reserve(static_cast<std::size_t>(condition.earlier));
   for (int i = 0; i < condition.earlier; ++i) {
     constexpr double kTravelPx = 25;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <span>
 #include <vector>
@@ -28,7 +30,7 @@ struct DepthCondition {
   cv::Size size{640, 480};
   double noise = 2;  ///< grey levels
   double min_travel_px = 20;
-  double max_travel_px = 80;
+  double max_travel_px = 60;
   double max_turn_rad = 0.2;
   int earlier = 3;  ///< images that showed the heights before; 0: nothing is known of them
 };
@@ -45,6 +47,8 @@ struct DeepImage {
 
 struct DeepImages {
   cv::Mat reference;
+  /// Inverse height ratio at a pixel of the reference, from its centre.
+  std::function<double(const Eigen::Vector2d&)> rho;
   std::vector<DeepImage> earlier;
   DeepImage current;
 };

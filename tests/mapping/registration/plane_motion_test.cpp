@@ -9,6 +9,7 @@
 #include <cmath>
 #include <random>
 
+#include "mapping/registration/motion_covariance.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
@@ -194,7 +195,8 @@ TEST(FitPlaneMotion, HoldsFixedParameters) {
   PlaneFitParams params;
   params.fit_height = false;
   params.fit_tilt = false;
-  const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0.02), truth, params);
+  const SharedNoise nothing;
+  const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0.02), truth, params, &nothing);
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.motion.height, 0);
   EXPECT_EQ(fit.motion.tilt_x, 0);
