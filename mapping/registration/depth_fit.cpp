@@ -228,6 +228,18 @@ std::vector<FittedBlock<N>> FittedBlocks(const Lineariser<N>& at,
   return blocks;
 }
 
+/// The factor of CovarianceOf for the weights of a fit. Where heights explain residuals, or the
+/// scale is at its lower limit, the weights are nearer to 1 than those of normal residuals.
+template <int N>
+double LossOf(const std::vector<FittedBlock<N>>& blocks) {
+  constexpr double kNormalWeight = 0.78;  // mean of normal residuals
+  double sum = 0;
+  for (const FittedBlock<N>& block : blocks) sum += block.weight;
+  const double mean = blocks.empty() ? 1 : sum / static_cast<double>(blocks.size());
+  const double part = std::clamp((1 - mean) / (1 - kNormalWeight), 0.0, 1.0);
+  return 1 + part * (kNearBiweightLoss - 1);
+}
+
 /// Of N parameters in their places.
 template <int N>
 Matrix6d InPlaces(const Eigen::Matrix<double, N, N>& covariance) {
@@ -283,7 +295,7 @@ bool FitRounds(const FitInput& input, DepthFit& fit) {
   fit.spread = InPlaces<N>(inverse);
   const auto blocks = FittedBlocks<N>({camera, fit.motion}, shifts, fixed, sigma);
   fit.covariance = InPlaces<N>(CovarianceOf(
-      blocks, shared, kNearBiweightLoss, kSigmaFloorPx * kSigmaFloorPx / (sigma * sigma)));
+      blocks, shared, LossOf(blocks), kSigmaFloorPx * kSigmaFloorPx / (sigma * sigma)));
   return true;
 }
 

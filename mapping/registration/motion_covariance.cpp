@@ -52,9 +52,10 @@ template <int N>
 struct FitSums {
   using Matrix = Eigen::Matrix<double, N, N>;
   Matrix information = Matrix::Zero();  ///< sum J' w M J
-  Matrix scatter = Matrix::Zero();      ///< of J' w M error, for a unit variance
+  Matrix noise = Matrix::Zero();        ///< scatter of J' w M noise, for a unit variance
+  Matrix own = Matrix::Zero();          ///< the same of what is unknown of each block
   Eigen::Matrix<double, N, 1> sampling = Eigen::Matrix<double, N, 1>::Zero();
-  double squares = 0;     ///< of the weighted residuals
+  double squares = 0;     ///< of M residual, times the weights: mostly free of what is unknown
   double weight = 0;      ///< weights x degrees of freedom
   double correlated = 0;  ///< the same, sum over pairs of products x correlation^2
 };
@@ -81,7 +82,7 @@ FitSums<N> SumsOver(const std::vector<FittedBlock<N>>& blocks, const SharedNoise
     const BlockRow<N> row{block.point, w * m * block.jacobian, w * m.trace()};
     sums.information += block.jacobian.transpose() * row.moved;
     sums.sampling += row.moved.transpose() * block.sampling;
-    sums.squares += w * block.residual.dot(m * block.residual);
+    sums.squares += w * (m * block.residual).squaredNorm();
     sums.weight += row.weight;
     sums.correlated += row.weight * row.weight;
     const Eigen::Matrix<double, N, 1> own = row.moved.transpose() * u;
@@ -93,7 +94,8 @@ FitSums<N> SumsOver(const std::vector<FittedBlock<N>>& blocks, const SharedNoise
       sums.correlated += 2 * row.weight * other.weight * common * common;
     }
     const typename FitSums<N>::Matrix product = row.moved.transpose() * neighbours;
-    sums.scatter += product + product.transpose() + own * own.transpose();
+    sums.noise += product + product.transpose();
+    sums.own += own * own.transpose();
     rows.push_back(row);
   }
   return sums;
@@ -144,14 +146,14 @@ Eigen::Matrix<double, N, N> CovarianceOf(const std::vector<FittedBlock<N>>& bloc
   const FitSums<N> sums = SumsOver(blocks, shared);
   int parameters = 0;
   const Matrix inverse = InverseOfFitted<N>(sums.information, parameters);
-  const double fitted = (inverse * sums.scatter).trace();  // of the residuals' squares
+  const double fitted = (inverse * sums.noise).trace();  // of the residuals' squares
   const double variance =
       std::max(sums.squares / std::max(1.0, sums.weight - fitted), min_variance);
   const double freedom = std::max(
       kMinFreedom, sums.weight * sums.weight / std::max(0.5 * sums.correlated, 1e-12) - parameters);
   const Eigen::Matrix<double, N, 1> in_common = inverse * sums.sampling;
-  return loss * freedom / (freedom - 2) * variance * inverse * sums.scatter * inverse +
-         in_common * in_common.transpose();
+  const Matrix scatter = loss * freedom / (freedom - 2) * variance * sums.noise + sums.own;
+  return inverse * scatter * inverse + in_common * in_common.transpose();
 }
 
 template Eigen::Matrix<double, 3, 3> CovarianceOf(const std::vector<FittedBlock<3>>&,
