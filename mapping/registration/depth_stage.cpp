@@ -289,9 +289,11 @@ Registration DepthStage::Match(const FrameSpectrum::Data& reference,
   if (fit.content > 0) result.textured_peak = fit.support / fit.content;
   result.textured_inliers = TexturedInliers(fit);
   const double sigma = std::sqrt(OfImage(fit.motion, fit.spread).diagonal().head<2>().maxCoeff());
+  // As of independent blocks: README.md, "Covariance".
+  Eigen::Matrix<double, 6, 6> stated = fit.spread;
   const Eigen::Vector2d t(fit.motion.x, fit.motion.y);
-  fit.covariance.topLeftCorner<2, 2>() += field.scale_sigma * field.scale_sigma * t * t.transpose();
-  result.covariance = OfImage(fit.motion, fit.covariance);
+  stated.topLeftCorner<2, 2>() += field.scale_sigma * field.scale_sigma * t * t.transpose();
+  result.covariance = OfImage(fit.motion, stated);
   if (fit.inliers >= kMinMatchInliers && fit.inliers >= kMinMatchInlierRatio * result.blocks &&
       fit.support > kMinMatchSupport && result.peak > kMinMatchPeak &&
       sigma < kMaxMatchSigmaPx * std::max(1.0, fine_frame_.factor)) {
@@ -311,7 +313,7 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Data& reference,
   heights::HeightField field;
   if (!Fit(reference, known, current, start, true, fit, field)) return result;
   result.motion = fit.motion;
-  result.covariance = fit.covariance;
+  result.covariance = fit.spread;
   result.tilt_spread = fit.spread.bottomRightCorner<2, 2>();
   result.sigma_px = fine_frame_.factor * fit.sigma_px;
   result.inliers = fit.inliers;

@@ -3,6 +3,7 @@
 #include <ceres/jet.h>
 #include <ceres/tiny_solver.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -40,11 +41,14 @@ struct BlockResidual {
   }
 };
 
+Eigen::Matrix2d InformationOf(const PlaneShift& shift) {
+  return shift.block.quality * shift.block.sharpness + 1e-9 * Eigen::Matrix2d::Identity();
+}
+
 Eigen::Matrix2d Whitening(const PlaneShift& shift) {
   // W'W = quality * sharpness, transformed to the current image by the local linear part.
-  const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
-  return RootOf(information + 1e-9 * Eigen::Matrix2d::Identity()) *
-         shift.current_from_reference.inverse();
+  const Eigen::LLT<Eigen::Matrix2d> llt(InformationOf(shift));
+  return llt.matrixU().toDenseMatrix() * shift.current_from_reference.inverse();
 }
 
 }  // namespace
@@ -172,12 +176,15 @@ class RobustResiduals {
     fitted.reserve(blocks_.size());
     ForEachBlock(parameters, [&](Eigen::Index, const Eigen::Vector2d& residual, const auto& j) {
       const BlockResidual& block = blocks_[fitted.size()];
+      // Along the axes of the reference, on which blocks share noise.
+      const Eigen::Matrix2d root = RootOf(InformationOf(*block.shift));
+      const Eigen::Matrix2d turn =
+          root * (block.whitening * block.shift->current_from_reference).inverse();
       FittedBlock<NUM_PARAMETERS> one;
       one.point = block.shift->block.point;
-      one.jacobian = j;
-      one.residual = residual;
-      one.sampling =
-          block.whitening * block.shift->current_from_reference * block.shift->block.sampling;
+      one.jacobian = turn * j;
+      one.residual = turn * residual;
+      one.sampling = root * block.shift->block.sampling;
       one.weight = Weight(residual.squaredNorm());
       fitted.push_back(one);
     });
