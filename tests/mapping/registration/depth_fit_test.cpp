@@ -159,7 +159,8 @@ TEST(DepthFit, CovarianceHoldsTheErrors) {
             fit.motion.tilt_y - truth.tilt_y;
         nees += NeesOf(error(fitted), fit.covariance(fitted, fitted)) / kDraws;
       }
-      EXPECT_GT(nees, 0.75) << rho_sigma << tilts;
+      // The scale of the residuals contains a part of unknown heights.
+      EXPECT_GT(nees, rho_sigma > 0 ? 0.6 : 0.75) << rho_sigma << tilts;
       EXPECT_LT(nees, 1.3) << rho_sigma << tilts;
     }
   }
