@@ -52,7 +52,8 @@ constexpr double kMaxCodingLoss = 0.5;
 constexpr double kMinInlierRatioDepth = 0.3;
 constexpr double kMaxSigmaDepthPx = 1.2;
 constexpr double kDepthSystematicRad = 1.2e-3;
-// ... the factor of the variance of the tilt, because blocks have errors in common; ...
+// ... the factor of the variance of the tilt as of independent blocks (PlaneFit::tilt_spread),
+// because blocks have errors in common; ...
 constexpr double kDepthInflation = 14;
 // ... and the number of standard deviations of its tilt below which a frame is level, so that it
 // may refine the heights.
@@ -71,9 +72,9 @@ registration::RegistrarParams ParamsFor(const calib::CeilingView& view) {
   return params;
 }
 
-/// Standard deviation of the tilt, rad.
+/// Standard deviation of the tilt with which limits are compared, rad.
 double TiltSigma(const PlaneFit& fit) {
-  return std::sqrt(fit.covariance.bottomRightCorner<2, 2>().trace());
+  return std::sqrt(fit.tilt_spread.trace());
 }
 
 /// The pose without its tilt: the pose of a level robot with the same foot and heading.
@@ -158,8 +159,11 @@ CeilingMotion CeilingTracker::Describe(const PlaneFit& fit) const {
   constexpr double kFewBlocks = 12;
   const double few = 1 + std::pow(kFewBlocks / fit.inliers, 2);
   motion.depth = depth;
-  motion.covariance =
-      few * (depth ? kDepthInflation : 1) * registration::TiltOf(fit, view_).covariance;
+  PlaneFit stated = fit;
+  if (depth) {
+    stated.covariance.bottomRightCorner<2, 2>() = kDepthInflation * fit.tilt_spread;
+  }
+  motion.covariance = few * registration::TiltOf(stated, view_).covariance;
   motion.covariance.diagonal().array() += systematic;
   // The visible fraction of the reference's image, for a level robot.
   const Pose2 planar = FromSpace(motion.T_reference_base).pose;
@@ -226,6 +230,7 @@ PlaneFit CeilingTracker::PreferLevel(const Frame& frame, const PlaneFit& tilted)
   const Eigen::Vector2d tilt(tilted.motion.tilt_x, tilted.motion.tilt_y);
   level.covariance = tilted.covariance;
   level.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
+  level.tilt_spread = tilted.tilt_spread + tilt * tilt.transpose();
   return level;
 }
 
@@ -233,7 +238,7 @@ PlaneFit CeilingTracker::PreferLevel(const Frame& frame, const PlaneFit& tilted)
 void CeilingTracker::LearnHeights(const PlaneFit& fit) {
   const Eigen::Vector2d tilt(fit.motion.tilt_x, fit.motion.tilt_y);
   const Eigen::Matrix2d spread =
-      kDepthInflation * fit.covariance.bottomRightCorner<2, 2>() +
+      kDepthInflation * fit.tilt_spread +
       kDepthSystematicRad * kDepthSystematicRad * Eigen::Matrix2d::Identity();
   if (!fit.level_heights || tilt.dot(spread.inverse() * tilt) > kLevelSigmas * kLevelSigmas) return;
   reference_.spectrum.SetHeights(fit.level_heights);

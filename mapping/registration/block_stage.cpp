@@ -356,6 +356,7 @@ void BlockStage::MeasurePlane(const Level& reference,
                               int passes) {
   shifts.clear();
   const double middle = 0.5 * (block_px_ - 1);
+  const double spread = sampling_error_.WindowSigma();
   const PlaneProjection<double> projection = ProjectionOf(camera, motion);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const int i = chosen[k];
@@ -363,6 +364,9 @@ void BlockStage::MeasurePlane(const Level& reference,
     const Eigen::Vector2d centre = Centre(i);
     const Eigen::Vector2d seen = projection.Apply(centre, height);
     const Eigen::Matrix2d linear = projection.Jacobian(centre, height);
+    // Blocks of a ceiling with depth are half as large: a quarter of this, below their errors.
+    Eigen::Vector2d bend = Eigen::Vector2d::Zero();
+    if (rho.empty()) bend = projection.MeanAround(centre, spread) - seen;
     PlaneShift shift;
     Eigen::Vector2d found = Eigen::Vector2d::Zero();  // by the passes so far
     bool ok = true;
@@ -381,7 +385,7 @@ void BlockStage::MeasurePlane(const Level& reference,
     }
     if (!ok) continue;
     shift.block.shift = found;
-    shift.seen = seen + linear * shift.block.shift;
+    shift.seen = seen + linear * shift.block.shift - bend;
     shift.current_from_reference = linear;
     shift.index = i;
     shift.rho = height;

@@ -202,14 +202,70 @@ void FitSigma(const PlaneCamera& camera,
   fit.sigma_px = sigma;
 }
 
-/// Sets motion, covariance and sigma_px of the fit. @tparam N  Parameters, of kOrder.
+/// The blocks of a fit for CovarianceOf. @tparam N  Parameters, of kOrder.
+template <int N>
+std::vector<FittedBlock<N>> FittedBlocks(const Lineariser<N>& at,
+                                         const std::vector<PlaneShift>& shifts,
+                                         const std::vector<FixedPart>& fixed,
+                                         double sigma) {
+  std::vector<FittedBlock<N>> blocks;
+  blocks.reserve(shifts.size());
+  for (std::size_t i = 0; i < shifts.size(); ++i) {
+    const Linearised<N> l = at.At(shifts[i], fixed[i]);
+    const double chi2 = Weighed(l, fixed[i], shifts[i].rho_sigma, sigma).chi2;
+    const double weight = RobustWeight(chi2, kRounds);
+    if (weight <= 0) continue;
+    const Eigen::Matrix2d root = RootOf(fixed[i].measured) / sigma;
+    FittedBlock<N> one;
+    one.point = shifts[i].block.point;
+    one.jacobian = root * l.jacobian;
+    one.residual = root * l.residual;
+    one.sampling = root * shifts[i].block.sampling;
+    one.unknown = shifts[i].rho_sigma * root * l.along;
+    one.weight = weight;
+    blocks.push_back(one);
+  }
+  return blocks;
+}
+
+/// The factor of CovarianceOf for the weights of a fit. Where heights explain residuals, or the
+/// scale is at its lower limit, the weights are nearer to 1 than those of normal residuals.
+template <int N>
+double LossOf(const std::vector<FittedBlock<N>>& blocks) {
+  constexpr double kNormalWeight = 0.78;  // mean of normal residuals
+  double sum = 0;
+  for (const FittedBlock<N>& block : blocks) sum += block.weight;
+  const double mean = blocks.empty() ? 1 : sum / static_cast<double>(blocks.size());
+  const double part = std::clamp((1 - mean) / (1 - kNormalWeight), 0.0, 1.0);
+  return 1 + part * (kNearBiweightLoss - 1);
+}
+
+/// Of N parameters in their places.
+template <int N>
+Matrix6d InPlaces(const Eigen::Matrix<double, N, N>& covariance) {
+  Matrix6d full = Matrix6d::Zero();
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N; ++j)
+      full(kOrder[static_cast<std::size_t>(i)], kOrder[static_cast<std::size_t>(j)]) =
+          covariance(i, j);
+  }
+  return full;
+}
+
+/// What a fit is made from.
+struct FitInput {
+  const PlaneCamera& camera;
+  const std::vector<PlaneShift>& shifts;
+  const std::vector<FixedPart>& fixed;
+  const DepthFitParams& params;
+  const SharedNoise& shared;
+};
+
+/// Sets motion, covariances and sigma_px of the fit. @tparam N  Parameters, of kOrder.
 /// @return false where the blocks do not determine them.
 template <int N>
-bool FitRounds(const PlaneCamera& camera,
-               const std::vector<PlaneShift>& shifts,
-               const std::vector<FixedPart>& fixed,
-               const DepthFitParams& params,
-               DepthFit& fit) {
+bool FitRounds(const FitInput& input, DepthFit& fit) {
+  const auto& [camera, shifts, fixed, params, shared] = input;
   double sigma = params.start_sigma_px;
   std::vector<double> sizes(shifts.size());
   Eigen::MatrixXd inverse;
@@ -236,26 +292,20 @@ bool FitRounds(const PlaneCamera& camera,
     inverse = d.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(N, N)) * d.asDiagonal();
   }
   fit.sigma_px = sigma;
-  for (int i = 0; i < N; ++i) {
-    for (int j = 0; j < N; ++j)
-      fit.covariance(kOrder[static_cast<std::size_t>(i)], kOrder[static_cast<std::size_t>(j)]) =
-          inverse(i, j);
-  }
+  fit.spread = InPlaces<N>(inverse);
+  const auto blocks = FittedBlocks<N>({camera, fit.motion}, shifts, fixed, sigma);
+  fit.covariance = InPlaces<N>(CovarianceOf(
+      blocks, shared, LossOf(blocks), kSigmaFloorPx * kSigmaFloorPx / (sigma * sigma)));
   return true;
 }
 
 /// As FitRounds, by what is to be fitted.
-bool FitMotionOrSigma(const PlaneCamera& camera,
-                      const std::vector<PlaneShift>& shifts,
-                      const std::vector<FixedPart>& fixed,
-                      const DepthFitParams& params,
-                      DepthFit& fit) {
-  if (!params.fit_motion) {
-    FitSigma(camera, shifts, fixed, params, fit);
+bool FitMotionOrSigma(const FitInput& input, DepthFit& fit) {
+  if (!input.params.fit_motion) {
+    FitSigma(input.camera, input.shifts, input.fixed, input.params, fit);
     return true;
   }
-  return params.fit_tilt ? FitRounds<6>(camera, shifts, fixed, params, fit)
-                         : FitRounds<3>(camera, shifts, fixed, params, fit);
+  return input.params.fit_tilt ? FitRounds<6>(input, fit) : FitRounds<3>(input, fit);
 }
 
 }  // namespace
@@ -263,7 +313,8 @@ bool FitMotionOrSigma(const PlaneCamera& camera,
 DepthFit FitDepthMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,
-                        const DepthFitParams& params) {
+                        const DepthFitParams& params,
+                        const SharedNoise& shared) {
   DepthFit fit;
   fit.motion = start;
   constexpr std::size_t kFewest = 6;
@@ -271,7 +322,7 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
   std::vector<FixedPart> fixed;
   fixed.reserve(shifts.size());
   for (const PlaneShift& shift : shifts) fixed.emplace_back(camera, shift);
-  if (!FitMotionOrSigma(camera, shifts, fixed, params, fit)) return fit;
+  if (!FitMotionOrSigma({camera, shifts, fixed, params, shared}, fit)) return fit;
   fit.blocks.reserve(shifts.size());
   const Lineariser<0> at(camera, fit.motion);
   for (std::size_t i = 0; i < shifts.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mapping/registration/motion_covariance.hpp"
 #include "mapping/registration/plane_motion.hpp"
 
 namespace ceilmap::registration {
@@ -32,6 +33,8 @@ struct DepthFit {
   /// Of (x, y, height, yaw, tilt_x, tilt_y), as in PlaneFit; zero rows and columns for fixed
   /// parameters. The heights of blocks are integrated out.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  /// The same as if the blocks were independent: what limits of acceptance are compared with.
+  Eigen::Matrix<double, 6, 6> spread = Eigen::Matrix<double, 6, 6>::Zero();
   double sigma_px = 0;        ///< robust standard deviation of a fully informative block, one axis
   double support = 0;         ///< sum over the inliers of peak * evidence
   double content = 0;         ///< sum over all blocks of BlockShift::content
@@ -47,9 +50,11 @@ struct DepthFit {
 /// covariance of the residual is that of the measurement plus sigma_rho^2 g g'. Blocks of unknown
 /// height determine rotation and direction only; blocks of known height determine the length too.
 /// Iterated least squares with robust weights; the scale of the residuals is estimated.
+/// @param shared  What the noise of the blocks has in common.
 DepthFit FitDepthMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,
-                        const DepthFitParams& params = {});
+                        const DepthFitParams& params = {},
+                        const SharedNoise& shared = {});
 
 }  // namespace ceilmap::registration

@@ -72,7 +72,9 @@ DepthStage::DepthStage(cv::Size size, const RegistrarParams& params)
       small_(fine_frame_.size,
              LevelMask(params.mask, fine_frame_.size),
              {kSmallBlockPx, kSmallBlocks, &Level::small_blocks, false},
-             params.same_recording) {
+             params.same_recording),
+      rough_shared_(rough_.WindowAlongAxis()),
+      small_shared_(small_.WindowAlongAxis()) {
   unknown_.grid = small_.Grid();
   const int cells = small_.GridSize();
   if (cells == 0) return;
@@ -121,7 +123,7 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Data& reference,
   DepthFitParams fit;
   fit.start_sigma_px = 2;
   fit.fit_tilt = fit_tilt;
-  return FitDepthMotion(rough_camera_, shifts, start, fit);
+  return FitDepthMotion(rough_camera_, shifts, start, fit, rough_shared_);
 }
 
 /// Measures blocks where `known` predicts them, with its heights as the priors of a fit.
@@ -191,26 +193,25 @@ void DepthStage::Absorb(const DepthFit& fit,
   }
 }
 
-Eigen::Matrix4d DepthStage::ImageCovariance(const DepthFit& fit, double scale_sigma) const {
-  const auto image = [this](const PlaneMotion& motion) {
-    const ImageMotion m = motion.ToSimilarity(camera_);
+Eigen::Matrix4d DepthStage::OfImage(const PlaneMotion& motion,
+                                    const Eigen::Matrix<double, 6, 6>& covariance) const {
+  const auto image = [this](const PlaneMotion& at) {
+    const ImageMotion m = at.ToSimilarity(camera_);
     return Eigen::Vector3d(m.tx_px, m.ty_px, m.theta_rad);
   };
-  const Eigen::Vector3d at = image(fit.motion);
+  const Eigen::Vector3d at = image(motion);
   constexpr double kStep = 1e-6;
   Eigen::Matrix3d jacobian;
   for (int i = 0; i < 3; ++i) {
-    PlaneMotion moved = fit.motion;
+    PlaneMotion moved = motion;
     (i == 0 ? moved.x : i == 1 ? moved.y : moved.yaw) += kStep;
     jacobian.col(i) = (image(moved) - at) / kStep;
   }
   constexpr std::array<int, 3> kLevel = {0, 1, 3};  // x, y, yaw
-  Eigen::Matrix3d motion = fit.covariance(kLevel, kLevel);
-  const Eigen::Vector2d t(fit.motion.x, fit.motion.y);
-  motion.topLeftCorner<2, 2>() += scale_sigma * scale_sigma * t * t.transpose();
-  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  covariance.topLeftCorner<3, 3>() = jacobian * motion * jacobian.transpose();
-  return covariance;
+  const Eigen::Matrix3d level = covariance(kLevel, kLevel);
+  Eigen::Matrix4d of_image = Eigen::Matrix4d::Zero();
+  of_image.topLeftCorner<3, 3>() = jacobian * level * jacobian.transpose();
+  return of_image;
 }
 
 /// Where the scale of the heights is not known well yet, the longer travel shows better which of
@@ -244,7 +245,7 @@ bool DepthStage::FitSmall(const FrameSpectrum::Data& reference,
     DepthFitParams params;
     params.fit_tilt = fit_tilt;
     params.start_sigma_px = round == 0 ? 1.5 : 0.6;
-    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params);
+    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params, small_shared_);
     if (!fit.ok) return false;
     field = known;
     Absorb(fit, shifts, field);
@@ -287,9 +288,12 @@ Registration DepthStage::Match(const FrameSpectrum::Data& reference,
   result.overlap = OverlapOf(OnFine(fit.motion), fine_frame_.size);
   if (fit.content > 0) result.textured_peak = fit.support / fit.content;
   result.textured_inliers = TexturedInliers(fit);
-  result.covariance = ImageCovariance(fit, 0);
-  const double sigma = std::sqrt(result.covariance.diagonal().head<2>().maxCoeff());
-  result.covariance = ImageCovariance(fit, field.scale_sigma);
+  const double sigma = std::sqrt(OfImage(fit.motion, fit.spread).diagonal().head<2>().maxCoeff());
+  // As of independent blocks: README.md, "Covariance".
+  Eigen::Matrix<double, 6, 6> stated = fit.spread;
+  const Eigen::Vector2d t(fit.motion.x, fit.motion.y);
+  stated.topLeftCorner<2, 2>() += field.scale_sigma * field.scale_sigma * t * t.transpose();
+  result.covariance = OfImage(fit.motion, stated);
   if (fit.inliers >= kMinMatchInliers && fit.inliers >= kMinMatchInlierRatio * result.blocks &&
       fit.support > kMinMatchSupport && result.peak > kMinMatchPeak &&
       sigma < kMaxMatchSigmaPx * std::max(1.0, fine_frame_.factor)) {
@@ -309,7 +313,8 @@ PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Data& reference,
   heights::HeightField field;
   if (!Fit(reference, known, current, start, true, fit, field)) return result;
   result.motion = fit.motion;
-  result.covariance = fit.covariance;
+  result.covariance = fit.spread;
+  result.tilt_spread = fit.spread.bottomRightCorner<2, 2>();
   result.sigma_px = fine_frame_.factor * fit.sigma_px;
   result.inliers = fit.inliers;
   result.blocks = static_cast<int>(fit.blocks.size());

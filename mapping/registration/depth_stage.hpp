@@ -93,7 +93,9 @@ class DepthStage {
   void Absorb(const DepthFit& fit,
               const std::vector<PlaneShift>& shifts,
               heights::HeightField& field) const;
-  [[nodiscard]] Eigen::Matrix4d ImageCovariance(const DepthFit& fit, double scale_sigma) const;
+  /// Of the motion of the image. @param covariance  DepthFit::covariance or spread.
+  [[nodiscard]] Eigen::Matrix4d OfImage(const PlaneMotion& motion,
+                                        const Eigen::Matrix<double, 6, 6>& covariance) const;
   double ScaleToReference(double travel_px, heights::HeightField& field) const;
 
   RegistrarParams params_;
@@ -104,6 +106,8 @@ class DepthStage {
   PlaneCamera rough_camera_;
   BlockStage rough_;
   BlockStage small_;
+  SharedNoise rough_shared_;  // of blocks, in pixels of their level
+  SharedNoise small_shared_;
   heights::HeightField unknown_;
 };
 

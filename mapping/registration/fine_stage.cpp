@@ -321,11 +321,15 @@ PlaneFit FineStage::RefinePlane(const FrameSpectrum::Data& reference,
                                 const PlaneFitParams& params,
                                 int rounds,
                                 Effort effort) {
-  PlaneMeasurement rough(
-      rough_, rough_frame_, {reference.rough, current.rough}, fine_frame_.CameraOf(camera));
+  // Its blocks are on pixels of the rough level, and its fit needs no covariance.
+  PlaneMeasurement rough(rough_,
+                         rough_frame_,
+                         rough_shared_,
+                         {reference.rough, current.rough},
+                         fine_frame_.CameraOf(camera));
   PlaneFit near = rough.Approach(start, params);
   if (!near.ok) return near;
-  PlaneMeasurement fine(fine_, fine_frame_, {reference.fine, current.fine}, camera);
+  PlaneMeasurement fine(fine_, fine_frame_, fine_shared_, {reference.fine, current.fine}, camera);
   return fine.Fit(near.motion, params, rounds, params_.final_blocks, effort);
 }
 
@@ -334,7 +338,8 @@ std::vector<PlaneShift> FineStage::MeasurePlane(const FrameSpectrum::Data& refer
                                                 const PlaneCamera& camera,
                                                 const PlaneMotion& motion,
                                                 int count) {
-  PlaneMeasurement measurement(fine_, fine_frame_, {reference.fine, current.fine}, camera);
+  PlaneMeasurement measurement(
+      fine_, fine_frame_, fine_shared_, {reference.fine, current.fine}, camera);
   return measurement.Measure(motion, count);
 }
 

@@ -30,6 +30,7 @@ void PreferLevel(const DepthFit& tilted, const DepthFit& level_fit, PlaneFit& fi
   const double doubt = std::clamp(weakness, 0.0, 1.0) * std::clamp(likeness, 0.0, 1.0);
   const Eigen::Vector2d tilt = doubt * Eigen::Vector2d(fit.motion.tilt_x, fit.motion.tilt_y);
   fit.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
+  fit.tilt_spread += tilt * tilt.transpose();
   if (doubt == 1) fit.motion = level_fit.motion;
 }
 

@@ -3,16 +3,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ceilmap::registration {
 namespace {
-
-// Tukey's biweight w of two-dimensional normal residuals r, cut at 4.685 standard deviations, as
-// FitRobust uses it. The fit's variance is E(w^2 r^2) / E(w + r w' / 2)^2 in units of 1 / (J' J);
-// from the weighted residuals and weights it is estimated as E(w r^2) E(w^2) / E(w)^3, smaller by
-// this factor (integrated numerically).
-constexpr double kBiweight = 1.2695;
 
 // Variance of Student's distribution relative to its scale, v / (v - 2), from this many degrees of
 // freedom on.
@@ -29,66 +24,79 @@ Jacobian24 ShiftJacobian(const Eigen::Vector2d& p) {
   return j;
 }
 
-/// Symmetric square root of a positive semidefinite matrix.
-Eigen::Matrix2d Root(const Eigen::Matrix2d& m) {
-  const double root_det = std::sqrt(std::max(0.0, m.determinant()));
-  const double trace = std::sqrt(std::max(0.0, m.trace() + 2 * root_det));
-  if (trace <= 0) return Eigen::Matrix2d::Zero();
-  return (m + root_det * Eigen::Matrix2d::Identity()) / trace;
-}
-
-/// Inverse of the part of the free parameters, zero elsewhere.
-Eigen::Matrix4d InverseOfFree(const Eigen::Matrix4d& a, bool scale) {
-  const int n = scale ? 4 : 3;
+/// Inverse of the part of the fitted parameters, zero elsewhere. @param fitted  Their number.
+template <int N>
+Eigen::Matrix<double, N, N> InverseOfFitted(Eigen::Matrix<double, N, N> a, int& fitted) {
+  std::array<bool, N> fixed{};
+  fitted = N;
+  for (int i = 0; i < N; ++i) {
+    if (a(i, i) > 0) continue;
+    fixed.at(static_cast<std::size_t>(i)) = true;
+    a(i, i) = 1;
+    --fitted;
+  }
   // Angles move blocks by hundreds of pixels: the equations are scaled, as in FitRobust.
-  const Eigen::VectorXd d = a.diagonal().head(n).cwiseMax(1e-12).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = d.asDiagonal() * a.topLeftCorner(n, n) * d.asDiagonal();
-  Eigen::Matrix4d inverse = Eigen::Matrix4d::Zero();
-  inverse.topLeftCorner(n, n) =
-      d.asDiagonal() * scaled.ldlt().solve(Eigen::MatrixXd::Identity(n, n)) * d.asDiagonal();
+  const Eigen::Matrix<double, N, 1> d = a.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::Matrix<double, N, N> scaled = d.asDiagonal() * a * d.asDiagonal();
+  Eigen::Matrix<double, N, N> inverse =
+      d.asDiagonal() * scaled.ldlt().solve(Eigen::Matrix<double, N, N>::Identity()) *
+      d.asDiagonal();
+  for (int i = 0; i < N; ++i) {
+    if (fixed.at(static_cast<std::size_t>(i))) inverse(i, i) = 0;
+  }
   return inverse;
 }
 
-/// Sums over the blocks of a fit.
+/// Sums over the blocks of a fit. M is (I + unknown unknown')^-1.
+template <int N>
 struct FitSums {
-  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  ///< sum J' W J
-  Eigen::Matrix4d scatter = Eigen::Matrix4d::Zero();      ///< of J' W error, unit variance
-  Eigen::Vector4d sampling = Eigen::Vector4d::Zero();     ///< sum J' W (error of interpolation)
-  double squares = 0;                                     ///< of the weighted residuals
-  double weight = 0;
-  double correlated = 0;  ///< sum over pairs of (weight x weight x correlation^2)
+  using Matrix = Eigen::Matrix<double, N, N>;
+  Matrix information = Matrix::Zero();  ///< sum J' w M J
+  Matrix noise = Matrix::Zero();        ///< scatter of J' w M noise, for a unit variance
+  Matrix own = Matrix::Zero();          ///< the same of what is unknown of each block
+  Eigen::Matrix<double, N, 1> sampling = Eigen::Matrix<double, N, 1>::Zero();
+  double squares = 0;     ///< of M residual, times the weights: mostly free of what is unknown
+  double weight = 0;      ///< weights x degrees of freedom
+  double correlated = 0;  ///< the same, sum over pairs of products x correlation^2
 };
 
-FitSums SumsOver(const MotionFit& fit,
-                 const std::vector<BlockShift>& blocks,
-                 const SharedNoise& shared) {
-  FitSums sums;
-  const Eigen::Vector4d small(
-      fit.motion.tx_px, fit.motion.ty_px, fit.motion.theta_rad, std::log(fit.motion.scale));
-  std::vector<Jacobian24> rows(blocks.size());  // weight sqrt(W) J
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const BlockShift& block = blocks[i];
-    const double weight = fit.weights[i];
-    if (weight <= 0) continue;
-    const Jacobian24 j = ShiftJacobian(block.point);
-    const Eigen::Matrix2d w = block.quality * block.sharpness;
-    const Eigen::Vector2d residual = block.shift - j * small;
-    rows[i] = weight * Root(w) * j;
-    sums.information += weight * j.transpose() * w * j;
-    sums.sampling += weight * j.transpose() * w * block.sampling;
-    sums.squares += weight * residual.dot(w * residual);
-    sums.weight += weight;
-    Jacobian24 neighbours = 0.5 * rows[i];
-    sums.correlated += weight * weight;
-    for (std::size_t k = 0; k < i; ++k) {
-      if (fit.weights[k] <= 0) continue;
-      const double common = shared.Correlation(block.point - blocks[k].point);
+/// The part of a block in the sums.
+template <int N>
+struct BlockRow {
+  Eigen::Vector2d point;
+  Eigen::Matrix<double, 2, N> moved;  ///< w M J: by a unit of noise
+  double weight;
+};
+
+template <int N>
+FitSums<N> SumsOver(const std::vector<FittedBlock<N>>& blocks, const SharedNoise& shared) {
+  FitSums<N> sums;
+  std::vector<BlockRow<N>> rows;
+  rows.reserve(blocks.size());
+  for (const FittedBlock<N>& block : blocks) {
+    const double w = block.weight;
+    if (w <= 0) continue;
+    const Eigen::Vector2d& u = block.unknown;
+    const Eigen::Matrix2d m =
+        Eigen::Matrix2d::Identity() - u * u.transpose() / (1 + u.squaredNorm());
+    const BlockRow<N> row{block.point, w * m * block.jacobian, w * m.trace()};
+    sums.information += block.jacobian.transpose() * row.moved;
+    sums.sampling += row.moved.transpose() * block.sampling;
+    sums.squares += w * (m * block.residual).squaredNorm();
+    sums.weight += row.weight;
+    sums.correlated += row.weight * row.weight;
+    const Eigen::Matrix<double, N, 1> own = row.moved.transpose() * u;
+    Eigen::Matrix<double, 2, N> neighbours = 0.5 * row.moved;
+    for (const BlockRow<N>& other : rows) {
+      const double common = shared.Correlation(block.point - other.point);
       if (common < kNegligible) continue;
-      neighbours += common * rows[k];
-      sums.correlated += 2 * weight * fit.weights[k] * common * common;
+      neighbours += common * other.moved;
+      sums.correlated += 2 * row.weight * other.weight * common * common;
     }
-    const Eigen::Matrix4d product = rows[i].transpose() * neighbours;
-    sums.scatter += product + product.transpose();
+    const typename FitSums<N>::Matrix product = row.moved.transpose() * neighbours;
+    sums.noise += product + product.transpose();
+    sums.own += own * own.transpose();
+    rows.push_back(row);
   }
   return sums;
 }
@@ -122,22 +130,69 @@ double SharedNoise::Correlation(const Eigen::Vector2d& distance_px) const {
   return along_x > 0 ? along_x * AlongAxis(distance_px.y()) : 0;
 }
 
+Eigen::Matrix2d RootOf(const Eigen::Matrix2d& m) {
+  const double root_det = std::sqrt(std::max(0.0, m.determinant()));
+  const double trace = std::sqrt(std::max(0.0, m.trace() + 2 * root_det));
+  if (trace <= 0) return Eigen::Matrix2d::Zero();
+  return (m + root_det * Eigen::Matrix2d::Identity()) / trace;
+}
+
+template <int N>
+Eigen::Matrix<double, N, N> CovarianceOf(const std::vector<FittedBlock<N>>& blocks,
+                                         const SharedNoise& shared,
+                                         double loss,
+                                         double min_variance) {
+  using Matrix = Eigen::Matrix<double, N, N>;
+  const FitSums<N> sums = SumsOver(blocks, shared);
+  int parameters = 0;
+  const Matrix inverse = InverseOfFitted<N>(sums.information, parameters);
+  const double fitted = (inverse * sums.noise).trace();  // of the residuals' squares
+  const double variance =
+      std::max(sums.squares / std::max(1.0, sums.weight - fitted), min_variance);
+  const double freedom = std::max(
+      kMinFreedom, sums.weight * sums.weight / std::max(0.5 * sums.correlated, 1e-12) - parameters);
+  const Eigen::Matrix<double, N, 1> in_common = inverse * sums.sampling;
+  const Matrix scatter = loss * freedom / (freedom - 2) * variance * sums.noise + sums.own;
+  return inverse * scatter * inverse + in_common * in_common.transpose();
+}
+
+template Eigen::Matrix<double, 3, 3> CovarianceOf(const std::vector<FittedBlock<3>>&,
+                                                  const SharedNoise&,
+                                                  double,
+                                                  double);
+template Eigen::Matrix<double, 4, 4> CovarianceOf(const std::vector<FittedBlock<4>>&,
+                                                  const SharedNoise&,
+                                                  double,
+                                                  double);
+template Eigen::Matrix<double, 6, 6> CovarianceOf(const std::vector<FittedBlock<6>>&,
+                                                  const SharedNoise&,
+                                                  double,
+                                                  double);
+
 Eigen::Matrix4d CovarianceOf(const MotionFit& fit,
                              const std::vector<BlockShift>& blocks,
                              const FitParams& params,
                              const SharedNoise& shared) {
   if (!fit.ok) return fit.covariance;
-  const FitSums sums = SumsOver(fit, blocks, shared);
-  const Eigen::Matrix4d inverse = InverseOfFree(sums.information, params.estimate_scale);
-  const double fitted = (inverse * sums.scatter).trace();  // of the residuals' squares
-  const double variance = std::max(sums.squares / std::max(1.0, 2 * sums.weight - fitted),
-                                   kSigmaFloorPx * kSigmaFloorPx);
-  const double freedom = std::max(kMinFreedom,
-                                  2 * sums.weight * sums.weight / std::max(sums.correlated, 1e-12) -
-                                      (params.estimate_scale ? 4 : 3));
-  const Eigen::Vector4d in_common = inverse * sums.sampling;
-  return kBiweight * freedom / (freedom - 2) * variance * inverse * sums.scatter * inverse +
-         in_common * in_common.transpose();
+  const Eigen::Vector4d small(
+      fit.motion.tx_px, fit.motion.ty_px, fit.motion.theta_rad, std::log(fit.motion.scale));
+  std::vector<FittedBlock<4>> fitted;
+  fitted.reserve(blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (fit.weights[i] <= 0) continue;
+    const BlockShift& block = blocks[i];
+    const Jacobian24 j = ShiftJacobian(block.point);
+    const Eigen::Matrix2d root = RootOf(block.quality * block.sharpness);
+    FittedBlock<4> one;
+    one.point = block.point;
+    one.jacobian = root * j;
+    if (!params.estimate_scale) one.jacobian.col(3).setZero();
+    one.residual = root * (block.shift - j * small);
+    one.sampling = root * block.sampling;
+    one.weight = fit.weights[i];
+    fitted.push_back(one);
+  }
+  return CovarianceOf(fitted, shared, kBiweightLoss, kSigmaFloorPx * kSigmaFloorPx);
 }
 
 Eigen::Matrix4d AfterMotion(const ImageMotion& first, const Eigen::Matrix4d& covariance) {

@@ -18,9 +18,8 @@ bool IsSurelyLevel(const PlaneFit& fit) {
   constexpr double kSigmas = 3;
   constexpr double kMaxSigmaRad = 7e-4;  // 0.04 degrees
   const Eigen::Vector2d tilt(fit.motion.tilt_x, fit.motion.tilt_y);
-  const Eigen::Matrix2d covariance = fit.covariance.bottomRightCorner<2, 2>();
-  return covariance.diagonal().maxCoeff() < kMaxSigmaRad * kMaxSigmaRad &&
-         tilt.dot(covariance.inverse() * tilt) < kSigmas * kSigmas;
+  return fit.tilt_spread.diagonal().maxCoeff() < kMaxSigmaRad * kMaxSigmaRad &&
+         tilt.dot(fit.tilt_spread.inverse() * tilt) < kSigmas * kSigmas;
 }
 
 }  // namespace
@@ -58,7 +57,7 @@ PlaneFit PlaneMeasurement::Approach(const PlaneMotion& start, const PlaneFitPara
                        Select(start, kFirstPlaneBlocks),
                        kFarPx,
                        shifts);
-  return FitPlaneMotion(camera_, shifts, start, params, false);
+  return FitPlaneMotion(camera_, shifts, start, params);
 }
 
 /// One round. With Effort::kTracking, half of the blocks are sufficient for a level camera.
@@ -72,16 +71,16 @@ PlaneFit PlaneMeasurement::FitOnce(const PlaneMotion& from,
   };
   if (effort == Effort::kFull) {
     measure(Select(from, count), shifts);
-    return FitPlaneMotion(camera_, shifts, from, params);
+    return FitPlaneMotion(camera_, shifts, from, params, &shared_);
   }
   const std::vector<int> first = Select(from, kFirstPlaneBlocks);
   measure(first, shifts);
-  PlaneFit quick = FitPlaneMotion(camera_, shifts, from, params);
+  PlaneFit quick = FitPlaneMotion(camera_, shifts, from, params, &shared_);
   if (quick.ok && IsSurelyLevel(quick)) return quick;
   std::vector<PlaneShift> more;
   measure(Without(Select(from, count), first), more);
   shifts.insert(shifts.end(), more.begin(), more.end());
-  return FitPlaneMotion(camera_, shifts, from, params);
+  return FitPlaneMotion(camera_, shifts, from, params, &shared_);
 }
 
 PlaneFit PlaneMeasurement::Fit(

@@ -4,6 +4,7 @@
 
 #include "mapping/registration/block_stage.hpp"
 #include "mapping/registration/level_frame.hpp"
+#include "mapping/registration/motion_covariance.hpp"
 #include "mapping/registration/plane_motion.hpp"
 
 namespace ceilmap::registration {
@@ -19,12 +20,18 @@ struct LevelPair {
 /// same on every level. Internal to the registrar.
 class PlaneMeasurement {
  public:
-  /// @param blocks, frame  of the level. @param camera  of the full images.
+  /// @param blocks, frame  of the level. @param shared  Noise that its blocks share, in its pixels.
+  /// @param camera  of the full images.
   PlaneMeasurement(BlockStage& blocks,
                    const LevelFrame& frame,
+                   const SharedNoise& shared,
                    const LevelPair& images,
                    const PlaneCamera& camera)
-      : blocks_(blocks), frame_(frame), images_(images), camera_(frame.CameraOf(camera)) {}
+      : blocks_(blocks),
+        frame_(frame),
+        shared_(shared),
+        images_(images),
+        camera_(frame.CameraOf(camera)) {}
 
   /// A first round with few blocks from `start`, known to about 8 pixels of the level. Its motion
   /// is near enough for Fit on a level of twice the resolution; it has no covariance.
@@ -46,6 +53,7 @@ class PlaneMeasurement {
 
   BlockStage& blocks_;
   const LevelFrame& frame_;
+  const SharedNoise& shared_;
   LevelPair images_;
   PlaneCamera camera_;  // of the level
 };

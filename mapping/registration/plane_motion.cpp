@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "calib/base/statistics.hpp"
+#include "mapping/registration/motion_covariance.hpp"
 #include "mapping/registration/plane_projection.hpp"
 
 namespace ceilmap::registration {
@@ -40,10 +41,13 @@ struct BlockResidual {
   }
 };
 
+Eigen::Matrix2d InformationOf(const PlaneShift& shift) {
+  return shift.block.quality * shift.block.sharpness + 1e-9 * Eigen::Matrix2d::Identity();
+}
+
 Eigen::Matrix2d Whitening(const PlaneShift& shift) {
   // W'W = quality * sharpness, transformed to the current image by the local linear part.
-  const Eigen::Matrix2d information = shift.block.quality * shift.block.sharpness;
-  const Eigen::LLT<Eigen::Matrix2d> llt(information + 1e-9 * Eigen::Matrix2d::Identity());
+  const Eigen::LLT<Eigen::Matrix2d> llt(InformationOf(shift));
   return llt.matrixU().toDenseMatrix() * shift.current_from_reference.inverse();
 }
 
@@ -166,6 +170,27 @@ class RobustResiduals {
     return information;
   }
 
+  /// The blocks for CovarianceOf.
+  [[nodiscard]] std::vector<FittedBlock<NUM_PARAMETERS>> Fitted(const double* parameters) const {
+    std::vector<FittedBlock<NUM_PARAMETERS>> fitted;
+    fitted.reserve(blocks_.size());
+    ForEachBlock(parameters, [&](Eigen::Index, const Eigen::Vector2d& residual, const auto& j) {
+      const BlockResidual& block = blocks_[fitted.size()];
+      // Along the axes of the reference, on which blocks share noise.
+      const Eigen::Matrix2d root = RootOf(InformationOf(*block.shift));
+      const Eigen::Matrix2d turn =
+          root * (block.whitening * block.shift->current_from_reference).inverse();
+      FittedBlock<NUM_PARAMETERS> one;
+      one.point = block.shift->block.point;
+      one.jacobian = turn * j;
+      one.residual = turn * residual;
+      one.sampling = root * block.shift->block.sampling;
+      one.weight = Weight(residual.squaredNorm());
+      fitted.push_back(one);
+    });
+    return fitted;
+  }
+
   [[nodiscard]] std::vector<double> Sizes(const double* parameters) const {
     std::vector<double> sizes;
     sizes.reserve(blocks_.size());
@@ -216,9 +241,9 @@ double RobustScale(const RobustResiduals& residuals, const double* parameters) {
   return std::max(kSigmaFloorPx, Median(sizes) / 1.1774);
 }
 
-/// For a standard deviation of one; zero for fixed parameters. Undetermined parameters get a very
-/// large variance.
-Matrix6d CovarianceOf(const RobustResiduals& residuals, const double* parameters) {
+/// As if the blocks were independent, for a standard deviation of one; zero for fixed parameters.
+/// Undetermined parameters get a very large variance.
+Matrix6d SpreadOf(const RobustResiduals& residuals, const double* parameters) {
   Matrix6d information = residuals.Information(parameters);
   for (int i = 0; i < 6; ++i) {
     if (!residuals.IsFree(i)) information(i, i) = 1;
@@ -236,7 +261,7 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,
                         const PlaneFitParams& params,
-                        bool with_covariance) {
+                        const SharedNoise* shared) {
   PlaneFit fit;
   fit.motion = start;
   fit.blocks = static_cast<int>(shifts.size());
@@ -254,9 +279,12 @@ PlaneFit FitPlaneMotion(const PlaneCamera& camera,
     if (!parameters.allFinite()) return fit;
   }
   fit.sigma_px = RobustScale(residuals, parameters.data());
-  if (with_covariance) {
-    fit.covariance = fit.sigma_px * fit.sigma_px * CovarianceOf(residuals, parameters.data());
-    if (!fit.covariance.allFinite()) return fit;
+  if (shared != nullptr) {
+    fit.covariance = CovarianceOf(
+        residuals.Fitted(parameters.data()), *shared, kCauchyLoss, kSigmaFloorPx * kSigmaFloorPx);
+    fit.tilt_spread = fit.sigma_px * fit.sigma_px *
+                      SpreadOf(residuals, parameters.data()).bottomRightCorner<2, 2>();
+    if (!fit.covariance.allFinite() || !fit.tilt_spread.allFinite()) return fit;
   }
   fit.motion = FromArray(
       {parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5]});

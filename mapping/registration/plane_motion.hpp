@@ -11,6 +11,8 @@
 
 namespace ceilmap::registration {
 
+class SharedNoise;
+
 /// Pinhole geometry of the images: square pixels, no distortion.
 struct PlaneCamera {
   double focal_px = 0;  ///< > 0
@@ -73,9 +75,12 @@ struct PlaneFitParams {
 struct PlaneFit {
   bool ok = false;
   PlaneMotion motion;
-  /// Of (x, y, height, yaw, tilt_x, tilt_y), from the residuals; zero rows and columns for fixed
-  /// parameters.
+  /// Of (x, y, height, yaw, tilt_x, tilt_y), from the residuals (README.md, "Covariance"); zero
+  /// rows and columns for fixed parameters.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  /// Of (tilt_x, tilt_y) as if the blocks were independent: what limits of acceptance are compared
+  /// with. The errors are larger.
+  Eigen::Matrix2d tilt_spread = Eigen::Matrix2d::Zero();
   double sigma_px = 0;  ///< robust standard deviation of a fully informative block, one axis
   int inliers = 0;      ///< within 1 px ...
   int blocks = 0;       ///< ... out of this number
@@ -92,11 +97,12 @@ TiltAngles TiltOf(const PlaneFit& fit, const calib::CeilingView& view);
 /// Robust least squares (Ceres; Cauchy loss on a robust scale, estimated twice) of the plane motion
 /// over all blocks; objects below the ceiling move by more than the plane and become outliers.
 /// Starts from `start`, which should be within a few degrees. Needs at least 6 blocks.
-/// @param with_covariance  false: the covariance stays zero, for a fit that only prepares another.
+/// @param shared  What the noise of the blocks has in common; nullptr: the covariance stays zero,
+/// for a fit that only prepares another.
 PlaneFit FitPlaneMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,
                         const PlaneFitParams& params = {},
-                        bool with_covariance = true);
+                        const SharedNoise* shared = nullptr);
 
 }  // namespace ceilmap::registration

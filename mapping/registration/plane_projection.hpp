@@ -50,6 +50,18 @@ class PlaneProjection {
             camera_.focal_px * cy / cz + camera_.principal_px.y()};
   }
 
+  /// Mean of Apply over points around x with this standard deviation along each axis: a block shows
+  /// the mean of what is curved by a tilt.
+  [[nodiscard]] Eigen::Matrix<T, 2, 1> MeanAround(const Eigen::Vector2d& x,
+                                                  double sigma_px,
+                                                  double rho = 1) const {
+    const Eigen::Vector2d along_u(std::sqrt(2) * sigma_px, 0);
+    const Eigen::Vector2d along_v(0, along_u.x());
+    return (Apply(x + along_u, rho) + Apply(x - along_u, rho) + Apply(x + along_v, rho) +
+            Apply(x - along_v, rho)) /
+           4;
+  }
+
   /// See PlaneMotion::Jacobian.
   [[nodiscard]] Eigen::Matrix<T, 2, 2> Jacobian(const Eigen::Vector2d& x, double rho = 1) const {
     const double h = 1e-3;

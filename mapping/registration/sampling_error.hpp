@@ -22,9 +22,13 @@ class SamplingError {
   [[nodiscard]] Eigen::Vector2d Expected(const kernels::Affine& map,
                                          const Eigen::Matrix2d& sharpness) const;
 
+  /// Standard deviation of the squared window as a distribution along one axis, pixels: the shift
+  /// of a block is the mean over this part of it.
+  [[nodiscard]] double WindowSigma() const { return sigma_px_; }
+
  private:
-  double middle_;    // a pixel of the block
-  double sigma_px_;  // of the squared window as a distribution
+  double middle_;  // a pixel of the block
+  double sigma_px_;
 };
 
 }  // namespace ceilmap::registration

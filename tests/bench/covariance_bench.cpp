@@ -1,59 +1,52 @@
 // Covariances of registrations compared with the truth, on random pairs of synthetic ceilings:
-//   ceilmap_covariance_bench [PAIRS [SEED]]
-// PAIRS of each scene and condition (default 112: 10,080 in all). For each the mean of e' C^-1 e /
-// n (1 for an honest covariance), and the share within the 95 % bound. Exits with 1 when a bound is
+//   ceilmap_covariance_bench [motion|tilt|depth] [PAIRS [SEED]]
+// motion (default): the motion of a level camera below a plane. tilt: that of a camera that tilts,
+// against a level reference. depth: that of a level camera below several heights. PAIRS of each
+// scene and condition (default 112: of motion 10,080 in all). For each the mean of e' C^-1 e / n (1
+// for an honest covariance), and the share within the 95 % bound. Exits with 1 when a bound is
 // exceeded.
 
-#include <fmt/format.h>
-
-#include <Eigen/Cholesky>
-#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <map>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/statistics.hpp"
 #include "mapping/registration/registrar.hpp"
+#include "tests/bench/consistency.hpp"
+#include "tests/bench/deep_pairs.hpp"
 #include "tests/bench/registration_pairs.hpp"
+#include "tests/bench/tilted_pairs.hpp"
 #include "tests/support/command_line.hpp"
 
 namespace ceilmap::bench {
 namespace {
 
+using heights::HeightField;
+using registration::PlaneFit;
+using registration::PlaneMotion;
 using registration::Registrar;
 using registration::RegistrarParams;
 using registration::Registration;
 
-/// Sums over the registrations of a cell, a row or a column of the table.
-struct Consistency {
-  int pairs = 0;
-  int found = 0;
-  int wrong = 0;  ///< more than 5 px off: no error that a covariance describes
-  double nees = 0;
-  double shift = 0;  ///< NEES of the shift alone, / 2
-  double turn = 0;
-  double scale = 0;
-  int scales = 0;
-  int within = 0;
-  double error2 = 0;  ///< of the shift, px^2
-
-  void Add(const Consistency& other) {
-    pairs += other.pairs;
-    found += other.found;
-    wrong += other.wrong;
-    nees += other.nees;
-    shift += other.shift;
-    turn += other.turn;
-    scale += other.scale;
-    scales += other.scales;
-    within += other.within;
-    error2 += other.error2;
-  }
+/// How many pairs, and from which seed.
+struct Draw {
+  int pairs = 112;
+  std::uint32_t seed = 1;
 };
+
+template <typename Items>
+std::vector<std::string> NamesOf(const Items& items) {
+  std::vector<std::string> names;
+  names.reserve(items.size());
+  for (const auto& item : items) names.emplace_back(item.name);
+  return names;
+}
 
 Consistency Check(const Registration& found, const ImagePair& pair, bool fits_scale) {
   constexpr double kWrongPx = 5;
@@ -66,19 +59,7 @@ Consistency Check(const Registration& found, const ImagePair& pair, bool fits_sc
     return one;
   }
   const int n = fits_scale ? 4 : 3;
-  // 95 % of chi squared with three and four degrees of freedom.
-  const double bound = fits_scale ? 9.488 : 7.815;
-  const Eigen::MatrixXd covariance = found.covariance.topLeftCorner(n, n);
-  const Eigen::VectorXd e = error.head(n);
-  const double nees = e.dot(covariance.ldlt().solve(e));
-  const Eigen::Matrix2d shift = found.covariance.topLeftCorner<2, 2>();
-  one.found = 1;
-  one.nees = nees / n;
-  one.within = nees < bound ? 1 : 0;
-  one.shift = 0.5 * error.head<2>().dot(shift.ldlt().solve(error.head<2>()));
-  one.turn = error[2] * error[2] / found.covariance(2, 2);
-  one.scale = fits_scale ? error[3] * error[3] / found.covariance(3, 3) : 0;
-  one.scales = fits_scale ? 1 : 0;
+  one = ConsistencyOf(error.head(n), found.covariance.topLeftCorner(n, n), {{0, 1}, {2}});
   one.error2 = error.head<2>().squaredNorm();
   return one;
 }
@@ -94,92 +75,171 @@ Registration Register(Registrar& registrar, const ImagePair& pair, bool tracked)
   return registrar.Register(reference, current, prior, registration::Effort::kTracking);
 }
 
-/// Another seed for each pair of each cell: what its images show, their motion and noise are its
-/// own.
-std::uint32_t Mixed(std::uint32_t seed,
-                    const std::string& condition,
-                    const std::string& scene,
-                    int i) {
-  const std::string text = fmt::format("{}|{}|{}|{}", seed, condition, scene, i);
-  std::uint32_t hash = 2166136261U;  // FNV-1a
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
-  return hash;
-}
-
-void PrintHeader() {
-  fmt::print("{:<16}{:<18}{:>6}{:>7}{:>7}{:>8}{:>8}{:>8}{:>8}{:>8}{:>9}\n",
-             "scene",
-             "condition",
-             "pairs",
-             "found",
-             "wrong",
-             "NEES/n",
-             "in 95%",
-             "shift",
-             "yaw",
-             "scale",
-             "RMSE px");
-}
-
-void PrintRow(const std::string& scene, const std::string& condition, const Consistency& sum) {
-  const double n = std::max(1, sum.found);
-  fmt::print("{:<16}{:<18}{:>6}{:>7}{:>7}{:>8.2f}{:>8.3f}{:>8.2f}{:>8.2f}{:>8}{:>9.4f}\n",
-             scene,
-             condition,
-             sum.pairs,
-             sum.found,
-             sum.wrong,
-             sum.nees / n,
-             sum.within / n,
-             sum.shift / n,
-             sum.turn / n,
-             sum.scales > 0 ? fmt::format("{:.2f}", sum.scale / sum.scales) : "",
-             std::sqrt(sum.error2 / n));
-  std::fflush(stdout);
-}
-
-bool Run(const std::vector<std::string>& arguments) {
-  if (arguments.size() > 2) throw InputError("ceilmap_covariance_bench [PAIRS [SEED]]");
-  const int pairs = arguments.empty() ? 112 : std::stoi(arguments[0]);
-  const auto seed = static_cast<std::uint32_t>(arguments.size() < 2 ? 1 : std::stoi(arguments[1]));
-  cv::setNumThreads(1);
-  std::map<std::string, Consistency> by_scene;
-  std::map<std::string, Consistency> by_condition;
-  Consistency all;
-  PrintHeader();
-  for (const PairCondition& condition : PairConditions()) {
+bool RunMotions(const Draw& draw) {
+  const auto scenes = PairScenes();
+  const auto conditions = PairConditions();
+  ConsistencyTable table{NamesOf(scenes), NamesOf(conditions), {"shift", "yaw"}, "RMSE px", {}};
+  // Without noise images are taken for encoded ones, whose errors are larger.
+  table.may_be_low = [](const std::string& condition) { return condition.ends_with("noise 0"); };
+  return RunTable(table, [&](std::size_t s, std::size_t c) {
+    const PairCondition& condition = conditions[c];
     RegistrarParams params;
     params.estimate_scale = condition.fits_scale;
     Registrar registrar(condition.size, params);
-    for (const PairScene& scene : PairScenes()) {
-      Consistency cell;
-      for (int i = 0; i < pairs; ++i) {
-        const ImagePair pair =
-            MakePair(scene, condition, Mixed(seed, condition.name, scene.name, i));
-        cell.Add(Check(Register(registrar, pair, condition.tracked), pair, condition.fits_scale));
-      }
-      PrintRow(scene.name, condition.name, cell);
-      by_scene[scene.name].Add(cell);
-      by_condition[condition.name].Add(cell);
-      all.Add(cell);
+    Consistency cell;
+    for (int i = 0; i < draw.pairs; ++i) {
+      const ImagePair pair =
+          MakePair(scenes[s], condition, PairSeed(draw.seed, condition.name, scenes[s].name, i));
+      cell.Add(Check(Register(registrar, pair, condition.tracked), pair, condition.fits_scale));
     }
+    return cell;
+  });
+}
+
+/// As accepted for a tilt of the robot.
+bool IsSound(const PlaneFit& fit) {
+  return fit.ok && fit.inliers >= 10 && fit.inliers >= 0.4 * fit.blocks && fit.sigma_px <= 0.4;
+}
+
+Consistency CheckTilt(const PlaneFit& fit, const TiltedPair& pair) {
+  constexpr double kWrongRad = 3 * kRadPerDeg;
+  Consistency one;
+  one.pairs = 1;
+  if (!IsSound(fit)) return one;
+  const auto error = PlaneMotionError(fit.motion, pair.motion);
+  if (error.tail<2>().norm() > kWrongRad) {
+    one.wrong = 1;
+    return one;
   }
-  fmt::print("\n");
-  PrintHeader();
-  bool bounded = true;
-  const auto summary =
-      [&](const std::string& scene, const std::string& condition, const Consistency& sum) {
-        PrintRow(scene, condition, sum);
-        const double mean = sum.nees / std::max(1, sum.found);
-        // Without noise images are taken for encoded ones, whose errors are larger.
-        bounded = bounded && mean < 2 && (mean > 0.5 || condition.ends_with("noise 0"));
+  one = ConsistencyOf(error, fit.covariance, {{0, 1}, {2}, {3}, {4, 5}});
+  one.error2 = error.tail<2>().squaredNorm() / (kRadPerDeg * kRadPerDeg);
+  return one;
+}
+
+bool RunTilts(const Draw& draw) {
+  const auto scenes = PairScenes();
+  const auto conditions = TiltConditions();
+  ConsistencyTable table{
+      NamesOf(scenes), NamesOf(conditions), {"shift", "height", "yaw", "tilt"}, "tilt deg", {}};
+  table.may_be_low = [](const std::string&) { return false; };
+  return RunTable(table, [&](std::size_t s, std::size_t c) {
+    const TiltCondition& condition = conditions[c];
+    Registrar registrar(condition.size);
+    Consistency cell;
+    for (int i = 0; i < draw.pairs; ++i) {
+      const TiltedPair pair = MakeTiltedPair(
+          scenes[s], condition, PairSeed(draw.seed, condition.name, scenes[s].name, i));
+      const auto reference = registrar.Analyze(pair.reference);
+      const auto current = registrar.Analyze(pair.current);
+      const auto effort =
+          condition.tracked ? registration::Effort::kTracking : registration::Effort::kFull;
+      cell.Add(CheckTilt(
+          registrar.RefinePlane(reference, current, pair.camera, pair.start, {}, effort), pair));
+    }
+    return cell;
+  });
+}
+
+/// Heights with the true scale. Which of the heights is the reference plane is a convention, and
+/// its error is the same in all registrations with one reference: the pairs cannot show it.
+std::shared_ptr<const HeightField> WithTrueScale(const HeightField& field,
+                                                 const DeepImages& images) {
+  constexpr float kMeasured = 0.02F;
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < field.cells.size(); ++i) {
+    if (field.cells[i].sigma > kMeasured) continue;
+    ratios.push_back(field.cells[i].rho / images.rho(field.Centre(i)));
+  }
+  auto scaled = std::make_shared<HeightField>(field);
+  if (!ratios.empty()) scaled->Scale(1 / Median(ratios));
+  scaled->scale_sigma = 5e-4;
+  return scaled;
+}
+
+/// @param scale_known  False: the error along the travel is left out.
+Consistency CheckDepth(const Registration& found,
+                       const registration::ImageMotion& truth,
+                       bool scale_known) {
+  constexpr double kWrongPx = 8;
+  Consistency one;
+  one.pairs = 1;
+  if (!found.ok()) return one;
+  const Eigen::Vector4d error = MotionError(found.motion, truth);
+  if (error.head<2>().norm() > kWrongPx) {
+    one.wrong = 1;
+    return one;
+  }
+  // Along the travel, across it, yaw.
+  const double direction = std::atan2(truth.ty_px, truth.tx_px);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() << std::cos(direction), std::sin(direction), -std::sin(direction),
+      std::cos(direction);
+  const Eigen::Vector3d e = turn * error.head<3>();
+  const Eigen::Matrix3d covariance =
+      turn * found.covariance.topLeftCorner<3, 3>() * turn.transpose();
+  one = scale_known ? ConsistencyOf(e, covariance, {{1}, {2}, {0}})
+                    : ConsistencyOf(e.tail<2>(), covariance.bottomRightCorner<2, 2>(), {{0}, {1}});
+  one.error2 = e[1] * e[1];
+  return one;
+}
+
+bool RunDepths(const Draw& draw) {
+  const auto scenes = DepthScenes();
+  const auto conditions = DepthConditions();
+  ConsistencyTable table{
+      NamesOf(scenes), NamesOf(conditions), {"across", "yaw", "along"}, "across px", {}};
+  table.may_be_low = [](const std::string&) { return false; };
+  return RunTable(table, [&](std::size_t s, std::size_t c) {
+    const DepthCondition& condition = conditions[c];
+    Registrar registrar(condition.size);
+    Consistency cell;
+    for (int i = 0; i < draw.pairs; ++i) {
+      const DeepImages images = MakeDeepImages(
+          scenes[s], condition, PairSeed(draw.seed, condition.name, scenes[s].name, i));
+      auto reference = registrar.Analyze(images.reference);
+      Consistency missed;
+      missed.pairs = 1;
+      bool learned = true;
+      const auto match = [&](const DeepImage& image) {
+        const auto seen = registrar.Analyze(image.image);
+        return reference.Heights() != nullptr
+                   ? registrar.Register(reference, seen, image.Expected())
+                   : registrar.RegisterWithDepth(reference, seen, image.Expected());
       };
-  for (const PairScene& scene : PairScenes()) summary(scene.name, "all", by_scene[scene.name]);
-  for (const PairCondition& c : PairConditions()) summary("all", c.name, by_condition[c.name]);
-  summary("all", "all", all);
-  const double n = std::max(1, all.found);
-  return bounded && all.nees / n > 0.8 && all.nees / n < 1.25 && all.within / n > 0.92 &&
-         all.within / n < 0.98;
+      for (const DeepImage& earlier : images.earlier) {
+        const Registration found = match(earlier);
+        learned = learned && found.ok() && found.heights;
+        if (learned) reference.SetHeights(found.heights);
+      }
+      const bool knows = reference.Heights() != nullptr;
+      if (knows) reference.SetHeights(WithTrueScale(*reference.Heights(), images));
+      if (!learned) {
+        cell.Add(missed);
+        continue;
+      }
+      cell.Add(CheckDepth(match(images.current), images.current.motion, knows));
+    }
+    return cell;
+  });
+}
+
+bool Run(const std::vector<std::string>& arguments) {
+  constexpr const char* kUsage = "ceilmap_covariance_bench [motion|tilt|depth] [PAIRS [SEED]]";
+  std::vector<std::string> rest = arguments;
+  std::string mode = "motion";
+  if (!rest.empty() && std::isalpha(static_cast<unsigned char>(rest.front().front())) != 0) {
+    mode = rest.front();
+    rest.erase(rest.begin());
+  }
+  if (rest.size() > 2) throw InputError(kUsage);
+  Draw draw;
+  if (!rest.empty()) draw.pairs = std::stoi(rest[0]);
+  if (rest.size() > 1) draw.seed = static_cast<std::uint32_t>(std::stoi(rest[1]));
+  cv::setNumThreads(1);
+  if (mode == "motion") return RunMotions(draw);
+  if (mode == "tilt") return RunTilts(draw);
+  if (mode == "depth") return RunDepths(draw);
+  throw InputError(kUsage);
 }
 
 }  // namespace

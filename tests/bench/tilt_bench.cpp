@@ -3,6 +3,8 @@
 //   a
 //                                                 level floor
 //   ceilmap_tilt_bench speed SCENE.yaml [-o DIR]  what measuring tilt costs, against registration
+//   ceilmap_tilt_bench trust SCENE.yaml [-o DIR]  covariances of tilts compared with the truth, by
+//                                                 size of the images
 // The scene needs the group `debris`, and `forward` for what the forward camera adds. DIR (default:
 // the current folder) takes the maps. Exits with 1 when a bound is broken.
 
@@ -16,10 +18,14 @@
 #include <vector>
 
 #include "app/evaluation/trajectory_errors.hpp"
+#include "calib/base/degrees.hpp"
 #include "calib/base/error.hpp"
+#include "calib/base/tilt.hpp"
+#include "compensation/tilt_estimator.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "samples/simulator/path.hpp"
 #include "samples/simulator/renderer.hpp"
+#include "tests/bench/consistency.hpp"
 #include "tests/bench/world_run.hpp"
 #include "tests/support/command_line.hpp"
 
@@ -185,12 +191,83 @@ bool MeasureSpeed(const support::CommandLine& line) {
   return ratio <= kMaxCost;
 }
 
+/// Tilts of a drive against the truth.
+struct TiltTrust {
+  Consistency ceiling;  ///< as the ceiling showed them
+  Consistency tilt;     ///< as the robot is told, where they have a covariance
+  int invented = 0;     ///< level frames with a tilt of more than kInventedRad
+  int frames = 0;
+};
+
+TiltTrust DriveTilted(const simulator::Scene& scene) {
+  constexpr double kLevelRad = 1e-4;
+  constexpr double kInventedRad = 3.5e-3;  // 0.2 degrees
+  const simulator::Renderer renderer(scene);
+  compensation::TiltEstimatorParams params;
+  params.method = TiltMethod::kCeiling;
+  compensation::TiltEstimator estimator(renderer.GetRig(), params);
+  TiltTrust trust;
+  for (const simulator::Frame& frame : simulator::MakePath(scene)) {
+    const compensation::TiltEstimate estimate =
+        estimator.Estimate({renderer.Render(frame), {}, frame.stamp_s});
+    const Tilt truth = FromSpace(frame.T_map_base).tilt;
+    const Eigen::Vector2d true_angles(truth.pitch_rad, truth.roll_rad);
+    const Eigen::Vector2d told(estimate.tilt.pitch_rad, estimate.tilt.roll_rad);
+    ++trust.frames;
+    trust.invented += true_angles.norm() < kLevelRad && told.norm() > kInventedRad ? 1 : 0;
+    if (!estimate.by_ceiling) continue;
+    const Eigen::Vector2d error = estimate.by_ceiling->angles - true_angles;
+    Consistency one = ConsistencyOf(error, estimate.by_ceiling->covariance, {});
+    one.error2 = error.squaredNorm() * kDegPerRad * kDegPerRad;
+    trust.ceiling.Add(one);
+    if (estimate.tilt.covariance.isZero()) continue;
+    trust.tilt.Add(ConsistencyOf(told - true_angles, estimate.tilt.covariance, {}));
+  }
+  return trust;
+}
+
+bool CheckTrust(const support::CommandLine& line) {
+  constexpr double kMaxNees = 2;
+  fmt::print("{:10} {:>6} {:>8} {:>8} {:>8} {:>10} {:>8} {:>8} {:>8}\n",
+             "images",
+             "frames",
+             "measured",
+             "NEES/2",
+             "in 95%",
+             "RMSE deg",
+             "told",
+             "NEES/2",
+             "invented");
+  bool good = true;
+  for (const int part : {1, 2, 4}) {
+    simulator::Scene scene = simulator::ReadScene(line.scene);
+    scene.camera.width_px /= part;
+    scene.camera.height_px /= part;
+    scene.camera.focal_px /= part;
+    const TiltTrust trust = DriveTilted(scene);
+    const Consistency& ceiling = trust.ceiling;
+    fmt::print("{:10} {:6} {:8} {:8.2f} {:8.3f} {:10.4f} {:8} {:8.2f} {:8}\n",
+               fmt::format("{}x{}", scene.camera.width_px, scene.camera.height_px),
+               trust.frames,
+               ceiling.found,
+               ceiling.Nees(),
+               ceiling.Share(),
+               std::sqrt(ceiling.error2 / std::max(1, ceiling.found)),
+               trust.tilt.found,
+               trust.tilt.Nees(),
+               trust.invented);
+    good = good && ceiling.Nees() < kMaxNees;
+  }
+  return good;
+}
+
 bool Run(const std::vector<std::string>& arguments) {
-  constexpr const char* kUsage = "map|speed SCENE.yaml [-o DIR]";
+  constexpr const char* kUsage = "map|speed|trust SCENE.yaml [-o DIR]";
   const support::CommandLine line = support::ParseCommandLine(
       arguments, [](const std::string&) { return true; }, kUsage);
   if (line.mode == "map") return CompareMaps(line);
   if (line.mode == "speed") return MeasureSpeed(line);
+  if (line.mode == "trust") return CheckTrust(line);
   throw InputError(fmt::format("usage: {}", kUsage));
 }
 

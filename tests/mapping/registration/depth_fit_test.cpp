@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/base/degrees.hpp"
+#include "tests/mapping/registration/shared_errors.hpp"
 
 namespace ceilmap::registration {
 namespace {
@@ -114,6 +115,55 @@ TEST(DepthFit, AKnownMotionIsKept) {
   EXPECT_TRUE(fit.covariance.isZero());
   EXPECT_NEAR(fit.blocks[3].rho, 1.4, 0.01);
   EXPECT_NEAR(fit.blocks[4].rho, 1.0, 0.01);
+}
+
+// Heights that are known to 1 %, and heights of which nothing is known: blocks of 32 px that
+// overlap, with errors of the heights of their own.
+TEST(DepthFit, CovarianceHoldsTheErrors) {
+  constexpr int kDraws = 300;
+  constexpr double kNoisePx = 0.1;
+  const SharedNoise shared = SharedByBlocks(32);
+  std::vector<Eigen::Vector2d> points;
+  for (int k = 0; k < 120; ++k) points.emplace_back(-110.0 + 20 * (k % 12), -90.0 + 20 * (k / 12));
+  const SharedErrors errors(points, shared);
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::normal_distribution<double> normal;
+  for (const double rho_sigma : {0.0, 0.01, 0.1}) {
+    for (const bool tilts : {false, true}) {
+      DepthFitParams params;
+      params.fit_tilt = tilts;
+      const std::vector<int> fitted =
+          tilts ? std::vector<int>{0, 1, 2, 3, 4, 5} : std::vector<int>{0, 1, 3};
+      double nees = 0;
+      for (int draw = 0; draw < kDraws; ++draw) {
+        PlaneMotion truth{0.1 * unit(random), 0.1 * unit(random), 0, 0.3 * unit(random), 0, 0};
+        if (tilts) truth.tilt_x = 3 * kRadPerDeg * unit(random);
+        const Eigen::MatrixXd noise = kNoisePx * errors.Draw(random);
+        std::vector<PlaneShift> shifts(points.size());
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          PlaneShift& s = shifts[i];
+          s.block.point = points[i];
+          s.rho = i % 3 == 0 ? 1.4 : 1;
+          s.rho_sigma = rho_sigma;
+          const double rho = s.rho + rho_sigma * normal(random);
+          s.current_from_reference = truth.Jacobian(kCamera, points[i], s.rho);
+          s.seen = truth.Apply(kCamera, points[i], rho) +
+                   s.current_from_reference * noise.row(static_cast<Eigen::Index>(i)).transpose();
+        }
+        const DepthFit fit = FitDepthMotion(kCamera, shifts, truth, params, shared);
+        ASSERT_TRUE(fit.ok);
+        Eigen::Matrix<double, 6, 1> error;
+        error << fit.motion.x - truth.x, fit.motion.y - truth.y, fit.motion.height - truth.height,
+            fit.motion.yaw - truth.yaw, fit.motion.tilt_x - truth.tilt_x,
+            fit.motion.tilt_y - truth.tilt_y;
+        nees += NeesOf(error(fitted), fit.covariance(fitted, fitted)) / kDraws;
+      }
+      // The scale of the residuals contains a part of unknown heights.
+      EXPECT_GT(nees, rho_sigma > 0 ? 0.6 : 0.75) << rho_sigma << tilts;
+      EXPECT_LT(nees, 1.3) << rho_sigma << tilts;
+    }
+  }
 }
 
 TEST(DepthFit, TooFewBlocks) {

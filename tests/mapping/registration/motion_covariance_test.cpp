@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <algorithm>
+#include <Eigen/Core>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -11,6 +10,7 @@
 #include "mapping/registration/poc.hpp"
 #include "mapping/registration/registrar.hpp"
 #include "mapping/registration/sampling_error.hpp"
+#include "tests/mapping/registration/shared_errors.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::registration {
@@ -19,18 +19,12 @@ namespace {
 constexpr double kHalfPi = std::numbers::pi / 2;
 constexpr int kBlockPx = 64;
 
-SharedNoise SharedByBlocks(double px_per_sample = 1) {
-  return SharedNoise(TukeyWindow(kBlockPx, PocParams{}.taper), px_per_sample);
-}
-
-/// Error relative to the covariance, squared, for each dimension; 1 in the mean when they agree.
 double Nees(const Eigen::Vector4d& error, const Eigen::Matrix4d& covariance, int n) {
-  const Eigen::MatrixXd free = covariance.topLeftCorner(n, n);
-  return error.head(n).dot(free.ldlt().solve(error.head(n))) / n;
+  return NeesOf(error.head(n), covariance.topLeftCorner(n, n));
 }
 
 TEST(SharedNoise, FallsFromOneToNothing) {
-  const SharedNoise shared = SharedByBlocks();
+  const SharedNoise shared = SharedByBlocks(kBlockPx);
   EXPECT_DOUBLE_EQ(shared.Correlation({0, 0}), 1);
   EXPECT_NEAR(shared.Correlation({32, 0}), 0.097, 1e-3) << "half a block";
   EXPECT_DOUBLE_EQ(shared.Correlation({0, -32}), shared.Correlation({32, 0}));
@@ -38,7 +32,7 @@ TEST(SharedNoise, FallsFromOneToNothing) {
   EXPECT_EQ(shared.Correlation({64, 0}), 0);
   EXPECT_EQ(shared.Correlation({0, 1000}), 0);
   EXPECT_GT(shared.Correlation({8.5, 0}), shared.Correlation({9, 0}));
-  EXPECT_DOUBLE_EQ(SharedByBlocks(2).Correlation({20, 8}), shared.Correlation({10, 4}));
+  EXPECT_DOUBLE_EQ(SharedByBlocks(kBlockPx, 2).Correlation({20, 8}), shared.Correlation({10, 4}));
 }
 
 TEST(AfterMotion, TurnsShiftsOfTheReferenceIntoTheCurrentImage) {
@@ -69,29 +63,21 @@ std::vector<BlockShift> OverlappingBlocks(double step_px) {
 TEST(CovarianceOf, HoldsWhereBlocksShareNoise) {
   constexpr int kDraws = 1000;
   constexpr double kSigma = 0.08;
-  const SharedNoise shared = SharedByBlocks();
+  const SharedNoise shared = SharedByBlocks(kBlockPx);
   for (const bool scale : {false, true}) {
     for (const double step_px : {24.0, 32.0, 70.0}) {
       std::vector<BlockShift> blocks = OverlappingBlocks(step_px);
-      const auto n = static_cast<Eigen::Index>(blocks.size());
-      Eigen::MatrixXd correlation(n, n);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        for (Eigen::Index k = 0; k < n; ++k) {
-          correlation(i, k) = shared.Correlation(blocks[static_cast<std::size_t>(i)].point -
-                                                 blocks[static_cast<std::size_t>(k)].point);
-        }
-      }
-      const Eigen::MatrixXd root = correlation.llt().matrixL();
+      std::vector<Eigen::Vector2d> points;
+      points.reserve(blocks.size());
+      for (const BlockShift& block : blocks) points.push_back(block.point);
+      const SharedErrors shared_errors(points, shared);
       std::mt19937 random(5);
-      std::normal_distribution<double> normal(0, kSigma);
       FitParams params;
       params.estimate_scale = scale;
       double nees = 0;
       double as_independent = 0;
       for (int draw = 0; draw < kDraws; ++draw) {
-        Eigen::MatrixXd errors(n, 2);
-        for (double& value : errors.reshaped()) value = normal(random);
-        errors = root * errors;
+        const Eigen::MatrixXd errors = kSigma * shared_errors.Draw(random);
         for (std::size_t i = 0; i < blocks.size(); ++i) {
           blocks[i].shift =
               errors.row(static_cast<Eigen::Index>(i)).transpose() / std::sqrt(blocks[i].quality);
@@ -101,11 +87,14 @@ TEST(CovarianceOf, HoldsWhereBlocksShareNoise) {
         const Eigen::Vector4d error(
             fit.motion.tx_px, fit.motion.ty_px, fit.motion.theta_rad, std::log(fit.motion.scale));
         const int dimensions = scale ? 4 : 3;
-        nees += Nees(error, CovarianceOf(fit, blocks, params, shared), dimensions) / kDraws;
+        const Eigen::Matrix4d covariance = CovarianceOf(fit, blocks, params, shared);
+        nees += Nees(error, covariance, dimensions) / kDraws;
         as_independent += Nees(error, fit.covariance, dimensions) / kDraws;
       }
       EXPECT_NEAR(nees, 1, 0.15) << step_px << scale;
-      if (step_px < 30) EXPECT_GT(as_independent, 1.8) << "what the model is there for";
+      if (step_px < 30) {
+        EXPECT_GT(as_independent, 1.8) << "what the model is there for";
+      }
     }
   }
 }
@@ -113,7 +102,7 @@ TEST(CovarianceOf, HoldsWhereBlocksShareNoise) {
 TEST(CovarianceOf, ContainsTheErrorThatAllBlocksHave) {
   std::vector<BlockShift> blocks = OverlappingBlocks(40);
   const FitParams params;
-  const SharedNoise shared = SharedByBlocks();
+  const SharedNoise shared = SharedByBlocks(kBlockPx);
   const MotionFit fit = FitRobust(blocks, params);
   const Eigen::Matrix4d without = CovarianceOf(fit, blocks, params, shared);
   for (BlockShift& block : blocks) block.sampling = {0.02, -0.01};

@@ -3,13 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <random>
 
+#include "mapping/registration/motion_covariance.hpp"
+#include "mapping/registration/plane_projection.hpp"
 #include "mapping/registration/registrar.hpp"
+#include "tests/mapping/registration/shared_errors.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::registration {
@@ -194,7 +196,8 @@ TEST(FitPlaneMotion, HoldsFixedParameters) {
   PlaneFitParams params;
   params.fit_height = false;
   params.fit_tilt = false;
-  const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0.02), truth, params);
+  const SharedNoise nothing;
+  const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0.02), truth, params, &nothing);
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.motion.height, 0);
   EXPECT_EQ(fit.motion.tilt_x, 0);
@@ -208,6 +211,78 @@ TEST(FitPlaneMotion, TooFewBlocksAreNotOk) {
   shifts.resize(5);
   EXPECT_FALSE(FitPlaneMotion(kCamera, shifts, {}).ok);
   EXPECT_FALSE(FitPlaneMotion(kCamera, {}, {}).ok);
+}
+
+// Blocks of 64 px that overlap, on small and on larger images.
+TEST(FitPlaneMotion, CovarianceHoldsWhereBlocksShareNoise) {
+  constexpr int kDraws = 500;
+  constexpr double kNoisePx = 0.05;
+  const SharedNoise shared = SharedByBlocks(64);
+  std::mt19937 random(7);
+  for (const double step_px : {26.0, 36.0, 70.0}) {
+    std::vector<Eigen::Vector2d> points;
+    for (int k = 0; k < 48; ++k)
+      points.emplace_back(step_px * (k % 8 - 3.5), step_px * (k / 8 - 3));
+    const SharedErrors errors(points, shared);
+    double nees = 0;
+    double tilt = 0;
+    double as_independent = 0;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const PlaneMotion truth = RandomPlaneMotion(random);
+      const Eigen::MatrixXd noise = kNoisePx * errors.Draw(random);
+      std::vector<PlaneShift> shifts(points.size());
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        PlaneShift& s = shifts[i];
+        s.block.point = points[i];
+        s.block.quality = 1 + 0.2 * static_cast<double>(i % 7);
+        s.current_from_reference = truth.Jacobian(kCamera, points[i]);
+        const Eigen::Vector2d error = noise.row(static_cast<Eigen::Index>(i)).transpose();
+        s.seen = truth.Apply(kCamera, points[i]) +
+                 s.current_from_reference * error / std::sqrt(s.block.quality);
+      }
+      const PlaneFit fit = FitPlaneMotion(kCamera, shifts, truth, {}, &shared);
+      ASSERT_TRUE(fit.ok);
+      const Six error = Difference(fit.motion, truth);
+      nees += NeesOf(error, fit.covariance) / kDraws;
+      tilt += NeesOf(error.tail<2>(), fit.covariance.bottomRightCorner<2, 2>()) / kDraws;
+      as_independent += NeesOf(error.tail<2>(), fit.tilt_spread) / kDraws;
+    }
+    EXPECT_NEAR(nees, 1, 0.2) << step_px;
+    EXPECT_NEAR(tilt, 1, 0.2) << step_px;
+    if (step_px < 30) {
+      EXPECT_GT(as_independent, 1.15 * tilt) << "what the model is there for";
+    }
+  }
+}
+
+TEST(FitPlaneMotion, CovarianceContainsTheErrorThatAllBlocksHave) {
+  std::vector<PlaneShift> shifts = Shifts({}, 0.02);
+  const SharedNoise nothing;
+  const auto without = FitPlaneMotion(kCamera, shifts, {}, {}, &nothing).covariance;
+  for (PlaneShift& shift : shifts) shift.block.sampling = {0.02, 0};
+  const auto with = FitPlaneMotion(kCamera, shifts, {}, {}, &nothing).covariance;
+  // A shift of the image is one of the camera; tilts do not shift it alone.
+  EXPECT_NEAR(with(0, 0) - without(0, 0), std::pow(0.02 / kCamera.focal_px, 2), 1e-12);
+  EXPECT_NEAR(with(5, 5), without(5, 5), 1e-12);
+}
+
+TEST(PlaneProjection, MeanAroundIsTheMeanOverAWindow) {
+  const PlaneMotion motion{0.1, -0.05, 0.02, 0.3, 4 * kRadPerDeg, -3 * kRadPerDeg};
+  const PlaneProjection<double> projection = ProjectionOf(kCamera, motion);
+  const Eigen::Vector2d at(120, -80);
+  constexpr double kSigma = 16;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double total = 0;
+  for (int v = -64; v <= 64; ++v) {
+    for (int u = -64; u <= 64; ++u) {
+      const double weight = std::exp(-0.5 * (u * u + v * v) / (kSigma * kSigma));
+      mean += weight * projection.Apply(at + Eigen::Vector2d(u, v));
+      total += weight;
+    }
+  }
+  mean /= total;
+  EXPECT_GT((mean - projection.Apply(at)).norm(), 0.02);
+  EXPECT_LT((mean - projection.MeanAround(at, kSigma)).norm(), 1e-3);
 }
 
 TEST(RefinePlane, FindsTheTiltOfARenderedImage) {
@@ -259,6 +334,8 @@ TEST(RefinePlane, FindsTheTiltOfARenderedImage) {
     EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.01 * kRadPerDeg);
     EXPECT_LT(std::abs(fit.motion.tilt_y - truth.tilt_y), 0.01 * kRadPerDeg);
     EXPECT_LT(std::abs(fit.motion.yaw - truth.yaw), 0.005 * kRadPerDeg);
+    // The image is curved by the tilt: in a block by 0.03 px in the mean, the same in all blocks.
+    EXPECT_LT((fit.motion.Apply(camera, {0, 0}) - truth.Apply(camera, {0, 0})).norm(), 0.012);
     // 2.2 m below a ceiling, 0.5 mm.
     EXPECT_LT(std::hypot(fit.motion.x - truth.x, fit.motion.y - truth.y), 0.5e-3 / 2.2);
 
