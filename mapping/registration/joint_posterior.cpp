@@ -11,6 +11,8 @@ namespace {
 // all have, and this for the root of their number, nats.
 constexpr double kMeanChanceNats = 0.25;
 constexpr double kChanceNats = 6;
+// Content that is turned by less looks the same within a block, rad.
+constexpr double kSameTurn = 0.012;
 
 double ChanceOf(std::size_t blocks) {
   const auto count = static_cast<double>(blocks);
@@ -54,14 +56,16 @@ void JointStage::Accumulate(const Lattice& lattice,
                             const Eigen::Matrix3d& information,
                             Moments& moments) const {
   const double chance = ChanceOf(centres_.size());
-  const Eigen::Matrix2d turned =
-      Eigen::Rotation2Dd(centre.z() * lattice.turn_step).toRotationMatrix();
+  const Eigen::Vector2d middle =
+      Eigen::Rotation2Dd(centre.z() * lattice.turn_step) * centre.head<2>();
   for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) {
+    const double at_turn = centre.z() + turn;
+    const Eigen::Matrix2d turned =
+        Eigen::Rotation2Dd(at_turn * lattice.turn_step).toRotationMatrix();
     for (int y = -lattice.reach; y <= lattice.reach; ++y) {
       for (int x = -lattice.reach; x <= lattice.reach; ++x) {
-        Eigen::Vector3d at = centre;
-        at.head<2>() += turned * Eigen::Vector2d(x, y);
-        at.z() += turn;
+        Eigen::Vector3d at;
+        at << middle + turned * Eigen::Vector2d(x, y), at_turn;
         const double nats = (lattice.At(turn, y, x) - chance) / kCountedTimes;
         // Or this image tells nothing.
         const double weight = (1 + std::exp(nats)) * std::exp(-0.5 * at.dot(information * at));
@@ -89,10 +93,9 @@ Registration JointStage::Posterior(const Images& images,
   Moments moments;
   bool tells = false;
   for (const Eigen::Vector3d& centre : Centres(lattice, sigma_px, sigma_rad)) {
-    const bool measured = MeasureSurfaces(images, MotionAt(lattice, start, centre));
     // Where nothing can be compared, the robot stays as likely as expected.
-    if (!measured) centres_.clear();
-    AddUp(lattice);
+    const bool measured =
+        MeasureEvidence(images, MotionAt(lattice, start, centre), kSameTurn, lattice);
     const float most = *std::max_element(lattice.nats.begin(), lattice.nats.end());
     tells = tells || (measured && most >= ChanceOf(centres_.size()));
     Accumulate(lattice, centre, information, moments);
@@ -110,14 +113,13 @@ Registration JointStage::Posterior(const Images& images,
   constexpr double kLatticeVariance = 1.0 / 12;
   const Eigen::Matrix3d spread = moments.squares / moments.weight - mean * mean.transpose() +
                                  kLatticeVariance * Eigen::Matrix3d::Identity();
-  const ImageMotion found = MotionAt(lattice, start, mean);
+  const ImageMotion found = Compose(start, {mean.x(), mean.y(), mean.z() * lattice.turn_step, 1});
   result.motion = frame_.ToFull(found);
   result.covariance.topLeftCorner<3, 3>() = axes * spread * axes.transpose();
   // What agrees there.
   lattice.reach = 0;
   lattice.turns = 0;
-  if (!MeasureSurfaces(images, found)) return result;
-  AddUp(lattice);
+  if (!MeasureEvidence(images, found, kSameTurn, lattice)) return result;
   result.verdict = Verdict::kOk;
   result.overlap = OverlapOf(found, frame_.size);
   result.blocks = static_cast<int>(centres_.size());

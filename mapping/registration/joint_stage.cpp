@@ -139,8 +139,9 @@ bool JointStage::MeasureSurfaces(const Images& images, const ImageMotion& start)
 
 /// Adds the evidence of one block under a turn, which moves the block so that its surface is read
 /// beside the shift. The surface is band-limited and interpolated before it is squared.
-void JointStage::AddBlock(std::size_t block, int turn, Lattice& lattice) {
-  const double theta = turn * lattice.turn_step;
+/// @param measured_at  Turn at which the surface was measured.
+void JointStage::AddBlock(std::size_t block, int turn, int measured_at, Lattice& lattice) {
+  const double theta = (turn - measured_at) * lattice.turn_step;
   const Eigen::Vector2d moved(-theta * centres_[block].y(), theta * centres_[block].x());
   const int left = static_cast<int>(std::floor(moved.x()));
   const int top = static_cast<int>(std::floor(moved.y()));
@@ -171,18 +172,46 @@ void JointStage::AddBlock(std::size_t block, int turn, Lattice& lattice) {
   }
 }
 
-void JointStage::AddUp(Lattice& lattice) {
+/// Fills the lattice.
+/// @param same_turn  The surfaces are measured anew for turns that are further than this away, rad:
+/// a block's content turns with it. Measured at one turn only, the arcs of a round thing stay where
+/// they are under every other one, and confirm the turn that was expected.
+/// @return false where the images cannot be compared at the start: no evidence. Otherwise the
+/// measured blocks are those of the start.
+bool JointStage::MeasureEvidence(const Images& images,
+                                 const ImageMotion& start,
+                                 double same_turn,
+                                 Lattice& lattice) {
   const auto side = static_cast<std::size_t>(lattice.Side());
   lattice.nats.assign(side * side * static_cast<std::size_t>(2 * lattice.turns + 1), 0);
-  for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) {
-    for (std::size_t block = 0; block < centres_.size(); ++block) AddBlock(block, turn, lattice);
+  const int reach = static_cast<int>(same_turn / lattice.turn_step);
+  const auto add = [&](int middle) {
+    if (!MeasureSurfaces(images, MotionAt(lattice, start, {0, 0, 1.0 * middle}))) return false;
+    const int last = std::min(middle + reach, lattice.turns);
+    for (int turn = std::max(middle - reach, -lattice.turns); turn <= last; ++turn) {
+      for (std::size_t block = 0; block < centres_.size(); ++block) {
+        AddBlock(block, turn, middle, lattice);
+      }
+    }
+    return true;
+  };
+  const int width = 2 * reach + 1;
+  for (int strip = (lattice.turns + reach) / width; strip > 0; --strip) {
+    add(-strip * width);
+    add(strip * width);
   }
+  if (add(0)) return true;
+  std::fill(lattice.nats.begin(), lattice.nats.end(), 0.0F);
+  centres_.clear();
+  return false;
 }
 
+/// @param at  A shift that is made before the turn, and the turn, lattice steps.
 ImageMotion JointStage::MotionAt(const Lattice& lattice,
                                  const ImageMotion& start,
                                  const Eigen::Vector3d& at) {
-  return Compose(start, {at.x(), at.y(), at.z() * lattice.turn_step, 1});
+  const ImageMotion turned = Compose(start, {0, 0, at.z() * lattice.turn_step, 1});
+  return Compose(turned, {at.x(), at.y(), 0, 1});
 }
 
 double JointStage::LogPrior(const MotionPrior& prior, const ImageMotion& motion) const {
@@ -268,8 +297,7 @@ Registration JointStage::Match(const Images& images, const MotionPrior& prior) {
   ImageMotion start = frame_.FromFull(prior.motion);
   start.scale = 1;
   Lattice wide = LatticeFor(prior.sigma_px, prior.sigma_theta_rad);
-  if (!MeasureSurfaces(images, start)) return result;
-  AddUp(wide);
+  if (!MeasureEvidence(images, start, kMaxTurn, wide)) return result;
   const Peak first = FindPeak(wide, start, prior, nullptr, {});
   Eigen::Vector3d offset;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -281,8 +309,7 @@ Registration JointStage::Match(const Images& images, const MotionPrior& prior) {
   close.turn_step = 0.5 * wide.turn_step;
   close.reach = kCloseReach;
   close.turns = kCloseTurns;
-  if (!MeasureSurfaces(images, start)) return result;
-  AddUp(close);
+  if (!MeasureEvidence(images, start, kMaxTurn, close)) return result;
   const Peak best = FindPeak(close, start, prior, nullptr, {});
   if (!Settle(close, best, offset, information)) return result;
   const Eigen::Vector3d at = Eigen::Vector3d(best.x, best.y, best.turn) + offset;

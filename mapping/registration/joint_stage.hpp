@@ -70,8 +70,11 @@ class JointStage {
                                      const heights::HeightField* known,
                                      const ImageMotion& start) const;
   bool MeasureSurfaces(const Images& images, const ImageMotion& start);
-  void AddBlock(std::size_t block, int turn, Lattice& lattice);
-  void AddUp(Lattice& lattice);
+  void AddBlock(std::size_t block, int turn, int measured_at, Lattice& lattice);
+  bool MeasureEvidence(const Images& images,
+                       const ImageMotion& start,
+                       double same_turn,
+                       Lattice& lattice);
   [[nodiscard]] Peak FindPeak(const Lattice& lattice,
                               const ImageMotion& start,
                               const MotionPrior& prior,
