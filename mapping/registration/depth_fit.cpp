@@ -258,7 +258,7 @@ struct FitInput {
   const std::vector<PlaneShift>& shifts;
   const std::vector<FixedPart>& fixed;
   const DepthFitParams& params;
-  const SharedNoise& shared;
+  const SharedNoise* shared;
 };
 
 /// Sets motion, covariances and sigma_px of the fit. @tparam N  Parameters, of kOrder.
@@ -293,9 +293,11 @@ bool FitRounds(const FitInput& input, DepthFit& fit) {
   }
   fit.sigma_px = sigma;
   fit.spread = InPlaces<N>(inverse);
+  fit.covariance = fit.spread;
+  if (shared == nullptr) return true;
   const auto blocks = FittedBlocks<N>({camera, fit.motion}, shifts, fixed, sigma);
   fit.covariance = InPlaces<N>(CovarianceOf(
-      blocks, shared, LossOf(blocks), kSigmaFloorPx * kSigmaFloorPx / (sigma * sigma)));
+      blocks, *shared, LossOf(blocks), kSigmaFloorPx * kSigmaFloorPx / (sigma * sigma)));
   return true;
 }
 
@@ -314,7 +316,7 @@ DepthFit FitDepthMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,
                         const DepthFitParams& params,
-                        const SharedNoise& shared) {
+                        const SharedNoise* shared) {
   DepthFit fit;
   fit.motion = start;
   constexpr std::size_t kFewest = 6;

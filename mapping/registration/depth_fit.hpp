@@ -50,11 +50,12 @@ struct DepthFit {
 /// covariance of the residual is that of the measurement plus sigma_rho^2 g g'. Blocks of unknown
 /// height determine rotation and direction only; blocks of known height determine the length too.
 /// Iterated least squares with robust weights; the scale of the residuals is estimated.
-/// @param shared  What the noise of the blocks has in common.
+/// @param shared  What the noise of the blocks has in common; nullptr: nothing. Its cost grows with
+/// the square of the number of blocks.
 DepthFit FitDepthMotion(const PlaneCamera& camera,
                         const std::vector<PlaneShift>& shifts,
                         const PlaneMotion& start,
                         const DepthFitParams& params = {},
-                        const SharedNoise& shared = {});
+                        const SharedNoise* shared = nullptr);
 
 }  // namespace ceilmap::registration

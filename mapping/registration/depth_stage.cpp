@@ -72,9 +72,7 @@ DepthStage::DepthStage(cv::Size size, const RegistrarParams& params)
       small_(fine_frame_.size,
              LevelMask(params.mask, fine_frame_.size),
              {kSmallBlockPx, kSmallBlocks, &Level::small_blocks, false},
-             params.same_recording),
-      rough_shared_(rough_.WindowAlongAxis()),
-      small_shared_(small_.WindowAlongAxis()) {
+             params.same_recording) {
   unknown_.grid = small_.Grid();
   const int cells = small_.GridSize();
   if (cells == 0) return;
@@ -123,7 +121,7 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Data& reference,
   DepthFitParams fit;
   fit.start_sigma_px = 2;
   fit.fit_tilt = fit_tilt;
-  return FitDepthMotion(rough_camera_, shifts, start, fit, rough_shared_);
+  return FitDepthMotion(rough_camera_, shifts, start, fit);
 }
 
 /// Measures blocks where `known` predicts them, with its heights as the priors of a fit.
@@ -245,7 +243,7 @@ bool DepthStage::FitSmall(const FrameSpectrum::Data& reference,
     DepthFitParams params;
     params.fit_tilt = fit_tilt;
     params.start_sigma_px = round == 0 ? 1.5 : 0.6;
-    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params, small_shared_);
+    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params);
     if (!fit.ok) return false;
     field = known;
     Absorb(fit, shifts, field);

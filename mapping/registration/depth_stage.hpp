@@ -106,8 +106,6 @@ class DepthStage {
   PlaneCamera rough_camera_;
   BlockStage rough_;
   BlockStage small_;
-  SharedNoise rough_shared_;  // of blocks, in pixels of their level
-  SharedNoise small_shared_;
   heights::HeightField unknown_;
 };
 

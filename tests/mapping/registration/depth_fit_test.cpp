@@ -151,7 +151,7 @@ TEST(DepthFit, CovarianceHoldsTheErrors) {
           s.seen = truth.Apply(kCamera, points[i], rho) +
                    s.current_from_reference * noise.row(static_cast<Eigen::Index>(i)).transpose();
         }
-        const DepthFit fit = FitDepthMotion(kCamera, shifts, truth, params, shared);
+        const DepthFit fit = FitDepthMotion(kCamera, shifts, truth, params, &shared);
         ASSERT_TRUE(fit.ok);
         Eigen::Matrix<double, 6, 1> error;
         error << fit.motion.x - truth.x, fit.motion.y - truth.y, fit.motion.height - truth.height,

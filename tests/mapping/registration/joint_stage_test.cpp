@@ -299,7 +299,9 @@ TEST_F(JointRegistration, ARoundLampTellsNoRotation) {
     const Registration corrected = registrar_.CorrectJointly(
         pair.reference, pair.current, expected, CovarianceOf({expected, 3 * kPriorPx, sigma_rad}));
     ASSERT_TRUE(corrected.ok());
-    EXPECT_GT(std::sqrt(corrected.covariance(2, 2)), (std::abs(off_deg) > 2 ? 0.5 : 0.7) * sigma_rad) << off_deg;
+    EXPECT_GT(std::sqrt(corrected.covariance(2, 2)),
+              (std::abs(off_deg) > 2 ? 0.5 : 0.7) * sigma_rad)
+        << off_deg;
     const Eigen::Vector2d seen = corrected.motion.Apply(at);
     EXPECT_LT((seen - at).norm(), 3) << off_deg;
   }
