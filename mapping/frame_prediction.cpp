@@ -273,8 +273,10 @@ std::optional<ExpectedPose> FramePrediction::Next() {
   if (before_last_) {
     const double step_s = last_->stamp_s - before_last_->stamp_s;
     const double ahead_s = stamp_s_ - last_->stamp_s;
-    // After a gap the velocity is unknown: the robot may have stopped or turned.
-    if (step_s > 0 && ahead_s <= kGapSteps * step_s) {
+    // The robot may have stopped or turned. Expected where it was, it would be found one tile of a
+    // periodic ceiling away from where it is.
+    if (step_s > 0 && ahead_s > kGapSteps * step_s) return AfterLoss();
+    if (step_s > 0) {
       const Pose2 step = before_last_->T_map_base.Inverse() * last_->T_map_base;
       motion = Interpolate(step, ahead_s / step_s);
       predicted_ = last_->T_map_base * motion;

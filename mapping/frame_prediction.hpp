@@ -63,7 +63,8 @@ class FramePrediction {
   /// without an error of its decoder, however well it fits. @return map units; 0 where the
   /// innovation is plausible. @param steps  StepsTo, if that accepted the pose.
   [[nodiscard]] double InnovationSigma(const Pose2& T_map_base, int steps = 1) const;
-  /// Pose predicted from the last motion; nothing where the frame before could not be placed.
+  /// Pose predicted from the last motion; nothing where the frame before could not be placed. After
+  /// a gap in time (of three steps) the motion is unknown: AfterLoss.
   [[nodiscard]] std::optional<ExpectedPose> Next();
   /// Motion since the last placed frame by the wheels; nothing where it is not known.
   [[nodiscard]] const std::optional<wheels::RelativeMotion>& WheelMotion() const { return wheels_; }

@@ -49,6 +49,30 @@ TEST_F(EvenMotionTest, ALargerStepIsUnevenButNotBehind) {
   }
 }
 
+TEST_F(EvenMotionTest, IsPredictedUntilAGap) {
+  const std::optional<ExpectedPose> expected = prediction_.Next();
+  ASSERT_TRUE(expected);
+  EXPECT_NEAR(expected->T_map_base.x, After(1, 1).x, 1e-9);
+  EXPECT_LT(expected->sigma_px, 20);
+  // Four steps later it may be anywhere near, also one tile of a periodic ceiling further.
+  prediction_.Begin(0.7, {});
+  EXPECT_FALSE(prediction_.Next());
+}
+
+TEST_F(EvenMotionTest, AfterAGapACompassTellsTheTurnAlone) {
+  FramePrediction prediction(view_, {}, params_);
+  const auto heading = [](double yaw) { return HeadingPrior{yaw, 1e-4, HeadingFrame::kRelative}; };
+  for (int i = 0; i < 3; ++i) {
+    prediction.Begin(0.1 * i, heading(0));
+    prediction.Placed({i * step_.x, 0, 0});
+  }
+  prediction.Begin(0.7, heading(0.3));
+  const std::optional<ExpectedPose> expected = prediction.Next();
+  ASSERT_TRUE(expected);
+  EXPECT_NEAR(expected->T_map_base.yaw, 0.3, 1e-9);
+  EXPECT_GT(expected->sigma_px, 20 * 5 * 0.9) << "the way of five steps";
+}
+
 TEST_F(EvenMotionTest, WithoutAStepBeforeNothingIsEven) {
   FramePrediction first(view_, {}, params_);
   first.Begin(0, {});
