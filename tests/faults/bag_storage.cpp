@@ -137,11 +137,11 @@ void ClearStamps(BagMessages& messages, const std::string& topic) {
 }
 
 void DelayMessages(BagMessages& messages, double share, Random& random) {
-  constexpr double kMostNs = 5e8;
+  constexpr double kMaxNs = 5e8;
   for (BagMessage& message : messages) {
     if (!Chance(share, random)) continue;
     message.log_ns +=
-        static_cast<std::int64_t>(std::uniform_real_distribution<double>(0, kMostNs)(random));
+        static_cast<std::int64_t>(std::uniform_real_distribution<double>(0, kMaxNs)(random));
   }
   Sort(messages);
 }

@@ -220,7 +220,7 @@ TEST_F(MapRevisionTest, DamagedLooksAreRefused) {
 // Numbers whose successors and sums would overflow.
 TEST_F(MapRevisionTest, ImpossibleNumbersOfTheHistoryAreRefused) {
   const auto file = folder_ / "map.gpkg";
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
   const auto message = [&](const auto& damage) {
     MapHistory history = ExampleHistory();
     damage(history);
@@ -235,13 +235,13 @@ TEST_F(MapRevisionTest, ImpossibleNumbersOfTheHistoryAreRefused) {
     return std::string("accepted");
   };
   EXPECT_EQ(message([](MapHistory&) {}), "accepted");
-  EXPECT_THAT(message([](MapHistory& history) { history.sessions[1].id = kMost; }),
+  EXPECT_THAT(message([](MapHistory& history) { history.sessions[1].id = kMax; }),
               HasSubstr("an impossible number"));
-  EXPECT_THAT(message([](MapHistory& history) { history.sessions[1].frames = kMost; }),
+  EXPECT_THAT(message([](MapHistory& history) { history.sessions[1].frames = kMax; }),
               HasSubstr("impossible frames"));
-  EXPECT_THAT(message([](MapHistory& history) { history.changes[0].frames = kMost; }),
+  EXPECT_THAT(message([](MapHistory& history) { history.changes[0].frames = kMax; }),
               HasSubstr("impossible frames"));
-  EXPECT_THAT(message([](MapHistory& history) { history.changes[0].last_session = kMost; }),
+  EXPECT_THAT(message([](MapHistory& history) { history.changes[0].last_session = kMax; }),
               HasSubstr("impossible last_session"));
 }
 
