@@ -31,6 +31,29 @@ void ExpectSurvived(const Outcome& outcome) {
   EXPECT_NE(outcome.map, MapState::kLost);
 }
 
+// The images of a copied recording share their pixels with the good one.
+TEST(RecordingFaults, LeaveTheGoodRecordingAsItIs) {
+  constexpr int kShots = 12;
+  Recording good;
+  std::vector<cv::Mat> before;
+  for (int i = 0; i < kShots; ++i) {
+    cv::Mat image(24, 32, CV_8UC1);
+    cv::randu(image, 20, 200);
+    before.push_back(image.clone());
+    good.push_back({image, 0.1 * i, {}});
+  }
+  for (const FaultGroup& group : AllGroups()) {
+    for (const Fault& fault : group.faults) {
+      if (!fault.recording) continue;
+      Random random(1);
+      (void)fault.recording(good, random);
+      for (std::size_t i = 0; i < good.size(); ++i) {
+        ASSERT_EQ(cv::norm(good[i].image, before[i], cv::NORM_INF), 0) << fault.name << ", " << i;
+      }
+    }
+  }
+}
+
 TEST_F(Faults, MissingFramesCostNothing) {
   const Outcome outcome = TheLab().Map(FaultNamed("dropped frames, 50 %"), 1);
   ExpectSurvived(outcome);

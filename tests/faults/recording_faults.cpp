@@ -129,6 +129,7 @@ Recording CoveredHalf(const Recording& good) {
     cv::Mat covered;
     faulty[i].image.convertTo(covered, CV_32F);
     covered = covered.mul(light) + 12;
+    faulty[i].image = cv::Mat();  // its pixels are those of the good one
     covered.convertTo(faulty[i].image, CV_8U);
   }
   return faulty;
@@ -137,7 +138,7 @@ Recording CoveredHalf(const Recording& good) {
 Recording Dark(const Recording& good) {
   Recording faulty = good;
   for (std::size_t i = faulty.size() / 3; i < 2 * faulty.size() / 3; ++i) {
-    faulty[i].image = cv::Mat::zeros(faulty[i].image.size(), CV_8U);
+    faulty[i].image = cv::Mat(faulty[i].image.size(), CV_8U, cv::Scalar(0));
   }
   return faulty;
 }
