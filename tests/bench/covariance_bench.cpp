@@ -6,6 +6,7 @@
 // for an honest covariance), and the share within the 95 % bound. Exits with 1 when a bound is
 // exceeded.
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
@@ -231,7 +232,11 @@ bool Run(const std::vector<std::string>& arguments) {
     mode = rest.front();
     rest.erase(rest.begin());
   }
-  if (rest.size() > 2) throw InputError(kUsage);
+  const bool numbers = std::all_of(rest.begin(), rest.end(), [](const std::string& text) {
+    return !text.empty() && text.size() < 9 &&
+           text.find_first_not_of("0123456789") == std::string::npos;
+  });
+  if (rest.size() > 2 || !numbers) throw InputError(kUsage);
   Draw draw;
   if (!rest.empty()) draw.pairs = std::stoi(rest[0]);
   if (rest.size() > 1) draw.seed = static_cast<std::uint32_t>(std::stoi(rest[1]));
