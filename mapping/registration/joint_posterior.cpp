@@ -12,7 +12,7 @@ namespace {
 constexpr double kMeanChanceNats = 0.25;
 constexpr double kChanceNats = 6;
 // Content that is turned by less looks the same within a block, rad.
-constexpr double kSameTurn = 0.012;
+constexpr double kRigidTurn = 0.012;
 
 double ChanceOf(std::size_t blocks) {
   const auto count = static_cast<double>(blocks);
@@ -95,7 +95,7 @@ Registration JointStage::Posterior(const Images& images,
   for (const Eigen::Vector3d& centre : Centres(lattice, sigma_px, sigma_rad)) {
     // Where nothing can be compared, the robot stays as likely as expected.
     const bool measured =
-        MeasureEvidence(images, MotionAt(lattice, start, centre), kSameTurn, lattice);
+        MeasureEvidence(images, MotionAt(lattice, start, centre), kRigidTurn, lattice);
     const float most = *std::max_element(lattice.nats.begin(), lattice.nats.end());
     tells = tells || (measured && most >= ChanceOf(centres_.size()));
     Accumulate(lattice, centre, information, moments);
@@ -119,7 +119,7 @@ Registration JointStage::Posterior(const Images& images,
   // What agrees there.
   lattice.reach = 0;
   lattice.turns = 0;
-  if (!MeasureEvidence(images, found, kSameTurn, lattice)) return result;
+  if (!MeasureEvidence(images, found, kRigidTurn, lattice)) return result;
   result.verdict = Verdict::kOk;
   result.overlap = OverlapOf(found, frame_.size);
   result.blocks = static_cast<int>(centres_.size());

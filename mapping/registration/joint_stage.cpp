@@ -26,6 +26,8 @@ constexpr int kMinReach = 4;
 constexpr int kMaxReach = 12;
 constexpr double kMinTurn = 0.015;
 constexpr double kMaxTurn = 0.1;
+// One measurement of the surfaces serves for all turns of a search: the next round measures anew.
+constexpr double kAllTurns = 2 * kMaxTurn;
 // Reach of the second round, level px, and its turns, steps.
 constexpr int kCloseReach = 5;
 constexpr int kCloseTurns = 5;
@@ -297,7 +299,7 @@ Registration JointStage::Match(const Images& images, const MotionPrior& prior) {
   ImageMotion start = frame_.FromFull(prior.motion);
   start.scale = 1;
   Lattice wide = LatticeFor(prior.sigma_px, prior.sigma_theta_rad);
-  if (!MeasureEvidence(images, start, kMaxTurn, wide)) return result;
+  if (!MeasureEvidence(images, start, kAllTurns, wide)) return result;
   const Peak first = FindPeak(wide, start, prior, nullptr, {});
   Eigen::Vector3d offset;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
@@ -309,7 +311,7 @@ Registration JointStage::Match(const Images& images, const MotionPrior& prior) {
   close.turn_step = 0.5 * wide.turn_step;
   close.reach = kCloseReach;
   close.turns = kCloseTurns;
-  if (!MeasureEvidence(images, start, kMaxTurn, close)) return result;
+  if (!MeasureEvidence(images, start, kAllTurns, close)) return result;
   const Peak best = FindPeak(close, start, prior, nullptr, {});
   if (!Settle(close, best, offset, information)) return result;
   const Eigen::Vector3d at = Eigen::Vector3d(best.x, best.y, best.turn) + offset;
