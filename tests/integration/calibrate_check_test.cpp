@@ -36,7 +36,7 @@ camera:
   mount_yaw_deg: 4
   mount_pitch_deg: 3
   readout_time_s: 0.02
-path: {kind: waypoints, waypoints_m: [3, 2.5, 5, 2.5, 5, 4], speed_m_s: 0.8, frame_rate_hz: 12}
+path: {kind: waypoints, waypoints_m: [3, 2.5, 5, 2.5, 5, 4], speed_m_s: 0.8, frame_rate_hz: 8}
 )";
 
 /// A drive that all tests share: rendered once.

@@ -18,6 +18,11 @@ namespace ceilmap::integration {
 
 constexpr double kAxle = 0.12;
 constexpr double kLength = 1.5;
+// Frames after the first: few, as each is registered with many others in every test.
+constexpr int kSpinSteps = 30;
+constexpr double kSpinStepDeg = 360.0 / kSpinSteps;
+constexpr int kDriveSteps = 12;
+constexpr double kStepS = 0.25;
 
 enum class Cameras { kUp, kUpAndForward };
 
@@ -62,7 +67,7 @@ path: {kind: tum, tum_file: )" +
 /// A line of the robot's axle at a place, heading as given.
 inline std::string TumLine(int index, double x, double y, double yaw) {
   return fmt::format("{:.3f} {:.9f} {:.9f} 0 0 0 {:.9f} {:.9f}\n",
-                     100 + 0.2 * index,
+                     100 + kStepS * index,
                      x + kAxle * std::cos(yaw),
                      y + kAxle * std::sin(yaw),
                      std::sin(yaw / 2),
@@ -76,16 +81,17 @@ class CalibrateRigTest : public testing::Test {
     folder_ = new support::TestFolder;
     std::string spin;
     std::string drift;
-    for (int i = 0; i <= 40; ++i) {
-      spin += TumLine(i, 4, 3.5, 9 * kRadPerDeg * i);
-      drift += TumLine(i, 4 + 0.005 * i, 3.5, 9 * kRadPerDeg * i);
+    for (int i = 0; i <= kSpinSteps; ++i) {
+      const double yaw = kSpinStepDeg * kRadPerDeg * i;
+      spin += TumLine(i, 4, 3.5, yaw);
+      drift += TumLine(i, 4 + 0.2 * i / kSpinSteps, 3.5, yaw);
     }
     std::string straight;
     std::string curve;
-    for (int i = 0; i <= 20; ++i) {
-      const double s = kLength * i / 20;
+    for (int i = 0; i <= kDriveSteps; ++i) {
+      const double s = kLength * i / kDriveSteps;
       straight += TumLine(i, 3 + s * std::cos(0.3), 3.2 + s * std::sin(0.3), 0.3);
-      curve += TumLine(i, 3 + s, 3.2, 0.2 * kRadPerDeg * i);
+      curve += TumLine(i, 3 + s, 3.2, 4.0 / kDriveSteps * kRadPerDeg * i);
     }
     Render("spin", spin, Cameras::kUpAndForward);
     Render("drift", drift, Cameras::kUp);

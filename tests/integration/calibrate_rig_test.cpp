@@ -91,8 +91,8 @@ TEST_F(CalibrateRigTest, AReadoutTimeThatSlowMotionDoesNotShowRemains) {
     for (int i = 0; i <= frames; ++i) stamps += fmt::format("{},{}\n", i, 20 * i);
     folder_->Write(name, stamps);
   };
-  write_slow("slow-spin.csv", 40);
-  write_slow("slow-straight.csv", 20);
+  write_slow("slow-spin.csv", kSpinSteps);
+  write_slow("slow-straight.csv", kDriveSteps);
   const support::ProcessResult result = Calibrate("spin/up",
                                                   "straight/up",
                                                   {"--rig=known.yaml",
@@ -202,7 +202,7 @@ TEST_F(CalibrateRigTest, ACeilingThatIsLost) {
     folder_->Write(
         fmt::format("lost/{:03}.png", i),
         ReadAll(*folder_ /
-                fmt::format("{}/up/{:06}.png", here ? "spin" : "straight", here ? i : i % 2 * 20)));
+                fmt::format("{}/up/{:06}.png", here ? "spin" : "straight", here ? i : i % 2 * kDriveSteps)));
   }
   const support::ProcessResult result =
       Calibrate("lost", "straight/up", {"--rig=rough.yaml", "--ceiling-height=2.5"});

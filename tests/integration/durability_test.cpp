@@ -82,7 +82,7 @@ struct Replacing {
 class Durability : public testing::Test {
  protected:
   static constexpr const char* kTarget = "m.gpkg";
-  static constexpr int kTrials = 7;
+  static constexpr int kTrials = 4;
   static constexpr int kUntilReplaced = -1;
 
   void Restore(const Replacing& command) const {

@@ -49,12 +49,21 @@ struct Field {
 };
 
 std::string WithoutComments(const fs::path& file) {
-  return std::regex_replace(support::ReadAll(file), std::regex("//[^\n]*"), "");
+  const std::string text = support::ReadAll(file);
+  std::string code;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t comment = std::min(text.find("//", at), text.size());
+    code.append(text, at, comment - at);
+    at = std::min(text.find('\n', comment), text.size());
+  }
+  return code;
 }
 
 // The data members of the structs whose names end in Params.
 void AddFields(const std::string& text, std::map<std::string, std::vector<Field>>& structs) {
-  const std::regex begin(R"(\bstruct\s+(\w*Params)\s*\{)");
+  if (text.find("Params") == std::string::npos) return;  // most files, and expressions take long
+  static const std::regex begin(R"(\bstruct\s+(\w*Params)\s*\{)");
+  static const std::regex declaration(R"((\S.*\S)\s+(\w+)\s*$)");
   for (std::sregex_iterator match(text.begin(), text.end(), begin), end; match != end; ++match) {
     std::vector<Field>& fields = structs[(*match)[1]];
     // Statements at the depth of the struct, without what stands in inner braces.
@@ -70,7 +79,7 @@ void AddFields(const std::string& text, std::map<std::string, std::vector<Field>
       std::smatch field;
       const bool is_field = statement.find('(') == std::string::npos &&
                             statement.find("static ") == std::string::npos;
-      if (is_field && std::regex_search(statement, field, std::regex(R"((\S.*\S)\s+(\w+)\s*$)"))) {
+      if (is_field && std::regex_search(statement, field, declaration)) {
         fields.push_back({field[1], field[2]});
       }
       statement.clear();
@@ -78,7 +87,7 @@ void AddFields(const std::string& text, std::map<std::string, std::vector<Field>
   }
 }
 
-std::map<std::string, std::vector<Field>> StructsOfTheRepository() {
+std::map<std::string, std::vector<Field>> ReadStructs() {
   std::map<std::string, std::vector<Field>> structs;
   for (const char* top : {"app", "calib", "compensation", "localization", "mapping", "samples"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kSource / top)) {
@@ -87,6 +96,12 @@ std::map<std::string, std::vector<Field>> StructsOfTheRepository() {
       AddFields(WithoutComments(entry.path()), structs);
     }
   }
+  return structs;
+}
+
+// Read once.
+const std::map<std::string, std::vector<Field>>& StructsOfTheRepository() {
+  static const auto structs = ReadStructs();
   return structs;
 }
 
@@ -133,7 +148,7 @@ class SettingsRows : public testing::Test {
     for (const Field& field : structs_.at(type)) {
       if (kExceptions.contains(type + "." + field.name)) continue;
       const std::string key = prefix + "." + field.name;
-      const std::string inner = std::regex_replace(field.type, std::regex(R"(^.*::)"), "");
+      const std::string inner = field.type.substr(field.type.rfind(':') + 1);
       if (structs_.contains(inner)) {
         ExpectRows(inner, key);
       } else if (inner == "EdgeNoise") {
@@ -145,7 +160,7 @@ class SettingsRows : public testing::Test {
     }
   }
 
-  std::map<std::string, std::vector<Field>> structs_ = StructsOfTheRepository();
+  const std::map<std::string, std::vector<Field>>& structs_ = StructsOfTheRepository();
   commands::CommandSettings params_;
   std::set<std::string> keys_ = [this] {
     std::set<std::string> keys;
@@ -167,7 +182,8 @@ TEST_F(SettingsRows, EachParameterOfTheCommandsHasOne) {
 TEST_F(SettingsRows, ExceptionsAreFieldsStill) {
   for (const auto& [name, reason] : kExceptions) {
     const std::string type = name.substr(0, name.find('.'));
-    const std::vector<Field>& fields = structs_[type];
+    ASSERT_TRUE(structs_.contains(type)) << type;
+    const std::vector<Field>& fields = structs_.at(type);
     EXPECT_TRUE(std::any_of(fields.begin(), fields.end(), [&](const Field& field) {
       return type + "." + field.name == name;
     })) << name;

@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Lenses,
                          WideBoardTest,
                          testing::Values("equidistant 150 640x480",
                                          "equidistant 180 640x480",
-                                         "rational 90 1280x960",
+                                         "rational 90 640x480",
                                          "rational 120 640x480"));
 
 // What the tests rely on.

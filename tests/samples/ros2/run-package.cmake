@@ -27,7 +27,7 @@ foreach(file IN LISTS launch_files)
   execute_process(COMMAND /usr/bin/python3 -c "compile(open('${file}').read(), '${file}', 'exec')"
     COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
-build(${REPOSITORY}/samples/ros2 ${stage}/package -D BUILD_TESTING=OFF -D CMAKE_UNITY_BUILD=ON)
+build(${REPOSITORY}/samples/ros2 ${stage}/package -D BUILD_TESTING=OFF -D CMAKE_UNITY_BUILD=ON -D CMAKE_UNITY_BUILD_BATCH_SIZE=0)
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${stage}/package --prefix ${stage}/installed
   OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 foreach(file
