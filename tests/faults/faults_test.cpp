@@ -100,10 +100,6 @@ TEST_F(Faults, AVideoThatIsCompressedTooMuchGivesNoWrongPose) {
   EXPECT_LT(outcome.largest_m, 0.02);
 }
 
-TEST_F(Faults, AVideoThatIsCompressedMuchIsNotLocalizedWrongly) {
-  ExpectSurvived(TheLab().Localize(FaultNamed("x265, CRF 35"), 1));
-}
-
 TEST_F(Faults, ASizeThatChangesIsRefused) {
   const Outcome outcome = TheLab().Map(FaultNamed("frame size that changes midway"), 1);
   ExpectSurvived(outcome);
