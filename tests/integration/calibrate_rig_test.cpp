@@ -199,10 +199,10 @@ TEST_F(CalibrateRigTest, ACeilingThatIsLost) {
   std::filesystem::create_directory(*folder_ / "lost");
   for (int i = 0; i <= 30; ++i) {
     const bool here = i < 12;
-    folder_->Write(
-        fmt::format("lost/{:03}.png", i),
-        ReadAll(*folder_ /
-                fmt::format("{}/up/{:06}.png", here ? "spin" : "straight", here ? i : i % 2 * kDriveSteps)));
+    folder_->Write(fmt::format("lost/{:03}.png", i),
+                   ReadAll(*folder_ / fmt::format("{}/up/{:06}.png",
+                                                  here ? "spin" : "straight",
+                                                  here ? i : i % 2 * kDriveSteps)));
   }
   const support::ProcessResult result =
       Calibrate("lost", "straight/up", {"--rig=rough.yaml", "--ceiling-height=2.5"});

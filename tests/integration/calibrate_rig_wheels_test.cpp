@@ -47,7 +47,8 @@ TEST_F(CalibrateRigTest, WheelsThatCannotBeThoseOfTheRecording) {
   std::string mirrored = "timestamp,omega_z\n";
   for (int i = 0; i < 200; ++i) {
     late += fmt::format("{:.2f},0.8\n", 500 + 0.05 * i);
-    mirrored += fmt::format("{:.2f},{:.6f}\n", 99.5 + 0.05 * i, -kSpinStepDeg / kStepS * kRadPerDeg);
+    mirrored +=
+        fmt::format("{:.2f},{:.6f}\n", 99.5 + 0.05 * i, -kSpinStepDeg / kStepS * kRadPerDeg);
   }
   folder_->Write("late.csv", late);
   folder_->Write("mirrored.csv", mirrored);

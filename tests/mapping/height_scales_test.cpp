@@ -44,7 +44,7 @@ heights::HeightField Seen(const calib::CeilingView& view, const Pose2& T_map_bas
 }
 
 /// A drive along x whose scale has an error for each keyframe: ratios too large, steps too short.
-graph::MapGraph Drive(const calib::CeilingView& view, double drift) {
+graph::MapGraph DriftingDrive(const calib::CeilingView& view, double drift) {
   graph::MapGraph graph;
   for (int i = 0; i < kKeyframes; ++i) {
     const double factor = std::exp(drift * i);
@@ -71,7 +71,7 @@ graph::MapGraph Drive(const calib::CeilingView& view, double drift) {
 TEST(ConsistentScales, FollowWhatKeyframesHaveInCommon) {
   const calib::CeilingView view = View();
   for (const double drift : {0.0, 0.008, -0.008}) {
-    const auto factors = ConsistentScales(view, Drive(view, drift));
+    const auto factors = ConsistentScales(view, DriftingDrive(view, drift));
     ASSERT_EQ(factors.size(), static_cast<std::size_t>(kKeyframes));
     for (int i = 0; i < kKeyframes; ++i) {
       EXPECT_NEAR(std::log(factors.at(i)), drift * i, 0.012) << drift << ' ' << i;
@@ -82,7 +82,7 @@ TEST(ConsistentScales, FollowWhatKeyframesHaveInCommon) {
 // What moved while two images were taken can have any ratio.
 TEST(ConsistentScales, CellsBehindTheCameraDoNotCount) {
   const calib::CeilingView view = View();
-  graph::MapGraph graph = Drive(view, 0.008);
+  graph::MapGraph graph = DriftingDrive(view, 0.008);
   for (const int i : {2, 3, 5, 8}) {
     heights::HeightField field = *graph.keyframes[static_cast<std::size_t>(i)].heights;
     for (std::size_t cell = 40; cell < 50; ++cell) field.cells[cell].rho = -0.4F;
@@ -97,7 +97,7 @@ TEST(ConsistentScales, CellsBehindTheCameraDoNotCount) {
 
 TEST(ConsistentScales, KeyframesWithoutHeightsHaveNone) {
   const calib::CeilingView view = View();
-  graph::MapGraph graph = Drive(view, 0);
+  graph::MapGraph graph = DriftingDrive(view, 0);
   graph.keyframes[3].heights = nullptr;
   EXPECT_FALSE(ConsistentScales(view, graph).contains(3));
   for (graph::Keyframe& keyframe : graph.keyframes) keyframe.heights = nullptr;

@@ -18,7 +18,7 @@ using testing::Pair;
 using testing::ThrowsMessage;
 
 constexpr double kUnitsPerPx = 0.01;
-constexpr double kQuarter = std::numbers::pi / 2;
+constexpr double kRightAngle = std::numbers::pi / 2;
 
 graph::Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to, double sigma) {
   graph::Edge edge{from, to, graph::Edge::Kind::kLoopClosure, T_from_to, {}};
@@ -29,10 +29,10 @@ graph::Edge MakeEdge(std::int64_t from, std::int64_t to, const Pose2& T_from_to,
 TEST(LoopVerifier, AgreesWithinTheSpreadThatBothLeave) {
   const LoopVerifier judge(kUnitsPerPx);
   // `to` faces to the left of `from`; its distance ahead of it is hardly known.
-  graph::KeyframeGraph::Relative predicted{{2, 1, kQuarter}, Eigen::Matrix3d::Zero()};
+  graph::KeyframeGraph::Relative predicted{{2, 1, kRightAngle}, Eigen::Matrix3d::Zero()};
   predicted.covariance(0, 0) = 0.2 * 0.2;
   const auto off_by = [&](double x, double y, double yaw) {
-    return judge.Agrees(MakeEdge(0, 1, {2 + x, 1 + y, kQuarter + yaw}, 1e-5), predicted);
+    return judge.Agrees(MakeEdge(0, 1, {2 + x, 1 + y, kRightAngle + yaw}, 1e-5), predicted);
   };
   EXPECT_TRUE(off_by(0.99, 0, 0));
   EXPECT_FALSE(off_by(1.01, 0, 0)) << "five sigmas";
@@ -40,7 +40,8 @@ TEST(LoopVerifier, AgreesWithinTheSpreadThatBothLeave) {
   EXPECT_FALSE(off_by(0, 0.051, 0)) << "five times one pixel";
   EXPECT_TRUE(off_by(0, 0, -0.0149));
   EXPECT_FALSE(off_by(0, 0, -0.0151)) << "five times 0.003 rad";
-  EXPECT_TRUE(judge.Agrees(MakeEdge(0, 1, {2, 1.9, kQuarter}, 0.2), predicted)) << "its own spread";
+  EXPECT_TRUE(judge.Agrees(MakeEdge(0, 1, {2, 1.9, kRightAngle}, 0.2), predicted))
+      << "its own spread";
 }
 
 /// Two visits of a corridor, keyframes 0..3 and 4..7 a metre apart; the motion between them is

@@ -16,7 +16,7 @@ constexpr double kAxleM = 0.12;
 constexpr double kSpinS = 10;
 constexpr double kDriveS = 4;
 constexpr double kDriveM = 1.5;
-constexpr double kFrameS = 0.4;
+constexpr double kFrameS = 0.3;
 
 simulator::Scene RollingRobot() {
   simulator::Scene scene = synthetic::Robot();

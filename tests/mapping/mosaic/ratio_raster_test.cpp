@@ -7,7 +7,7 @@
 namespace ceilmap::mosaic {
 namespace {
 
-const store::MosaicGrid kGrid{-1.0, 2.0, 0.1, 50, 40};
+const store::MosaicGrid kRatioGrid{-1.0, 2.0, 0.1, 50, 40};
 
 float Number(int col, int row) {
   return static_cast<float>(1000 * row + col);
@@ -27,7 +27,7 @@ RatioRaster Numbered(const RatioRaster& raster) {
 }
 
 TEST(RatioRaster, HasContentAroundAPixelOnly) {
-  RatioRaster raster(kGrid);
+  RatioRaster raster(kRatioGrid);
   EXPECT_TRUE(raster.empty());
   EXPECT_EQ(raster.At(3, 4), 0);
   raster.AddAround(-40, 70);
@@ -41,7 +41,7 @@ TEST(RatioRaster, HasContentAroundAPixelOnly) {
 }
 
 TEST(RatioRaster, AWindowHasThePixelsOfAllSquares) {
-  RatioRaster raster(kGrid);
+  RatioRaster raster(kRatioGrid);
   raster.AddAround(0, 0);
   const cv::Rect window(-31, -5, 60, 40);
   const cv::Mat ratios = Numbered(raster).Ratios(window);
@@ -54,7 +54,7 @@ TEST(RatioRaster, AWindowHasThePixelsOfAllSquares) {
 }
 
 TEST(RatioRaster, ATransformationLeavesTheOriginal) {
-  RatioRaster raster(kGrid);
+  RatioRaster raster(kRatioGrid);
   raster.AddAround(5, 5);
   const RatioRaster before = Numbered(raster);
   std::atomic<int> pixels = 0;
@@ -70,7 +70,7 @@ TEST(RatioRaster, ATransformationLeavesTheOriginal) {
 }
 
 TEST(RatioRaster, AddingAPlaceAgainKeepsItsContent) {
-  RatioRaster raster(kGrid);
+  RatioRaster raster(kRatioGrid);
   raster.AddAround(5, 5);
   raster = Numbered(raster);
   raster.AddAround(40, 5);
@@ -79,7 +79,7 @@ TEST(RatioRaster, AddingAPlaceAgainKeepsItsContent) {
 }
 
 TEST(RatioRaster, PlacesAreThoseOfAMosaic) {
-  const RatioRaster raster(kGrid);
+  const RatioRaster raster(kRatioGrid);
   const cv::Point2d place = raster.PlaceOf(2, 3);
   EXPECT_NEAR(place.x, -0.75, 1e-12);
   EXPECT_NEAR(place.y, 1.65, 1e-12);
@@ -91,7 +91,7 @@ TEST(RatioRaster, PlacesAreThoseOfAMosaic) {
 }
 
 TEST(RatioRaster, TheRangeIsThatOfKnownSurfaces) {
-  RatioRaster raster(kGrid);
+  RatioRaster raster(kRatioGrid);
   EXPECT_EQ(raster.Range(), cv::Vec2f(1, 1));
   raster.AddAround(0, 0);
   EXPECT_EQ(raster.Range(), cv::Vec2f(1, 1));

@@ -10,15 +10,15 @@
 namespace ceilmap::mosaic {
 namespace {
 
-const cv::Size kSize(160, 120);
-constexpr double kUnitsPerPx = 0.01;
+const cv::Size kCeilingSize(160, 120);
+constexpr double kCeilingUnitsPerPx = 0.01;
 
 /// Views from one place, whose images are plain: of one grey value, and of another one in a patch.
 class PlainViews {
  public:
-  void Add(int grey) { Add(cv::Mat(kSize, CV_8UC1, cv::Scalar(grey))); }
+  void Add(int grey) { Add(cv::Mat(kCeilingSize, CV_8UC1, cv::Scalar(grey))); }
   void Add(const cv::Mat& image) {
-    views.emplace_back(Pose2(), kSize, kUnitsPerPx);
+    views.emplace_back(Pose2(), kCeilingSize, kCeilingUnitsPerPx);
     thumbnails.Add(image);
     candidates.push_back(static_cast<int>(candidates.size()));
   }
@@ -40,10 +40,10 @@ class PlainViews {
     return CompareViews({0, 0, 160, 120}, kGrid, views, candidates, thumbnails, heights);
   }
 
-  static inline const store::MosaicGrid kGrid{-0.8, 0.6, kUnitsPerPx, 160, 120};
+  static inline const store::MosaicGrid kGrid{-0.8, 0.6, kCeilingUnitsPerPx, 160, 120};
   std::vector<ViewPlacement> views;
   std::vector<int> candidates;
-  Thumbnails thumbnails{kSize};
+  Thumbnails thumbnails{kCeilingSize};
 };
 
 TEST(ViewAgreement, IsFullWhereAllShowTheSame) {
@@ -101,7 +101,7 @@ TEST(ViewAgreement, WhereMostAgreeTheMedianIsThere) {
 TEST(ViewAgreement, EndsSmoothlyAroundAnOutlier) {
   PlainViews plain;
   plain.AddAll({120, 120, 120});
-  cv::Mat covered(kSize, CV_8UC1, cv::Scalar(120));
+  cv::Mat covered(kCeilingSize, CV_8UC1, cv::Scalar(120));
   covered.colRange(80, 160).setTo(40);
   plain.Add(covered);
   const std::vector<Agreement> agreements = plain.Compare(HeightMap());
@@ -137,10 +137,10 @@ TEST(ViewAgreement, ImagesAgreeAtTheRatioOfTheSurface) {
   constexpr double kYaw = -1.5707963;  // the images lie along x
   const two_planes::Drive drive(
       {{-0.31, 0, kYaw}, {0.3, 0.1, kYaw}, {0.5, -0.1, kYaw}, {0.7, 0, kYaw}});
-  Thumbnails thumbnails(two_planes::kViewSize);
+  Thumbnails thumbnails(two_planes::kCeilingSize);
   for (std::size_t k = 0; k < drive.views.size(); ++k) {
     // Only the plate is bright.
-    cv::Mat image(two_planes::kViewSize, CV_8UC1);
+    cv::Mat image(two_planes::kCeilingSize, CV_8UC1);
     for (int v = 0; v < image.rows; ++v) {
       for (int u = 0; u < image.cols; ++u) {
         const bool plate = two_planes::RhoAt(drive.views[k], cv::Point2d(u, v)) > 1;
@@ -164,12 +164,12 @@ TEST(ViewAgreement, ImagesAgreeAtTheRatioOfTheSurface) {
 }
 
 TEST(Thumbnails, AreLevelled) {
-  Thumbnails thumbnails(kSize);
-  thumbnails.Add(cv::Mat(kSize, CV_8UC1, cv::Scalar(100)));
-  thumbnails.Add(cv::Mat(kSize, CV_8UC1, cv::Scalar(50)));
+  Thumbnails thumbnails(kCeilingSize);
+  thumbnails.Add(cv::Mat(kCeilingSize, CV_8UC1, cv::Scalar(100)));
+  thumbnails.Add(cv::Mat(kCeilingSize, CV_8UC1, cv::Scalar(50)));
   ExposureModel exposure;
   exposure.vignetting = {-0.5, 0, 0};
-  thumbnails.Level({1, 2}, MakeShading(kSize, {}, 1, exposure));
+  thumbnails.Level({1, 2}, MakeShading(kCeilingSize, {}, 1, exposure));
   for (const int k : {0, 1}) {
     EXPECT_NEAR(thumbnails.At(k, {79.5, 59.5}), 100, 2) << k;
     const double corner = 100 * std::exp(0.5);  // about: the thumbnail's corner is inside
@@ -178,9 +178,9 @@ TEST(Thumbnails, AreLevelled) {
 }
 
 TEST(Thumbnails, AreInterpolatedAndEndWithTheImage) {
-  Thumbnails thumbnails(kSize);
-  cv::Mat ramp(kSize, CV_8UC1);
-  for (int u = 0; u < kSize.width; ++u) ramp.col(u).setTo(40 + u);
+  Thumbnails thumbnails(kCeilingSize);
+  cv::Mat ramp(kCeilingSize, CV_8UC1);
+  for (int u = 0; u < kCeilingSize.width; ++u) ramp.col(u).setTo(40 + u);
   thumbnails.Add(ramp);
   for (const double u : {10.0, 33.3, 80.0, 150.0}) {
     EXPECT_NEAR(thumbnails.At(0, {u, 60}), 40 + u, 1) << u;

@@ -16,7 +16,7 @@
 
 namespace ceilmap::registration {
 namespace {
-const PlaneCamera kCamera{457, {3, -2}};
+const PlaneCamera kPlaneCamera{457, {3, -2}};
 
 PlaneMotion RandomPlaneMotion(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -30,13 +30,14 @@ PlaneMotion RandomPlaneMotion(std::mt19937& random) {
 
 /// The same by rays: the pixel's point on the plane, brought to the current camera.
 Eigen::Vector2d ByRays(const PlaneMotion& m, const Eigen::Vector2d& x) {
-  const Eigen::Vector3d p_ref = ((x - kCamera.principal_px) / kCamera.focal_px).homogeneous();
+  const Eigen::Vector3d p_ref =
+      ((x - kPlaneCamera.principal_px) / kPlaneCamera.focal_px).homogeneous();
   const Eigen::Matrix3d R = (Eigen::AngleAxisd(m.yaw, Eigen::Vector3d::UnitZ()) *
                              Eigen::AngleAxisd(m.tilt_y, Eigen::Vector3d::UnitY()) *
                              Eigen::AngleAxisd(m.tilt_x, Eigen::Vector3d::UnitX()))
                                 .toRotationMatrix();
   const Eigen::Vector3d p_cur = R.transpose() * (p_ref - Eigen::Vector3d(m.x, m.y, m.height));
-  return kCamera.focal_px * p_cur.hnormalized() + kCamera.principal_px;
+  return kPlaneCamera.focal_px * p_cur.hnormalized() + kPlaneCamera.principal_px;
 }
 
 TEST(PlaneMotion, AppliesLikeRays) {
@@ -44,7 +45,7 @@ TEST(PlaneMotion, AppliesLikeRays) {
   for (int i = 0; i < 50; ++i) {
     const PlaneMotion motion = RandomPlaneMotion(random);
     const Eigen::Vector2d x(12.0 * i - 300, 230 - 9.0 * i);
-    EXPECT_LT((motion.Apply(kCamera, x) - ByRays(motion, x)).norm(), 1e-9);
+    EXPECT_LT((motion.Apply(kPlaneCamera, x) - ByRays(motion, x)).norm(), 1e-9);
   }
 }
 
@@ -105,11 +106,12 @@ TEST(PlaneMotion, JacobianIsTheDerivative) {
   for (int i = 0; i < 20; ++i) {
     const PlaneMotion motion = RandomPlaneMotion(random);
     const Eigen::Vector2d x(30.0 * i - 300, 230 - 22.0 * i);
-    const Eigen::Matrix2d jacobian = motion.Jacobian(kCamera, x);
+    const Eigen::Matrix2d jacobian = motion.Jacobian(kPlaneCamera, x);
     for (int k = 0; k < 2; ++k) {
       const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(k);
       const Eigen::Vector2d slope =
-          (motion.Apply(kCamera, x + step) - motion.Apply(kCamera, x - step)) / (2 * kStep);
+          (motion.Apply(kPlaneCamera, x + step) - motion.Apply(kPlaneCamera, x - step)) /
+          (2 * kStep);
       EXPECT_LT((jacobian.col(k) - slope).norm(), 1e-6);
     }
   }
@@ -126,12 +128,12 @@ TEST(PlaneMotion, OneDegreeOfTiltMovesTheBorderByFourPixels) {
 
 TEST(PlaneMotion, FromSimilarityMovesPixelsEqually) {
   for (const ImageMotion& motion : {ImageMotion{30, -20, 0.4, 1}, ImageMotion{-5, 60, -2, 1.1}}) {
-    const PlaneMotion plane = PlaneMotion::FromSimilarity(kCamera, motion);
+    const PlaneMotion plane = PlaneMotion::FromSimilarity(kPlaneCamera, motion);
     EXPECT_EQ(plane.tilt_x, 0);
     EXPECT_EQ(plane.tilt_y, 0);
     for (const Eigen::Vector2d& x :
          {Eigen::Vector2d(0, 0), Eigen::Vector2d(300, -200), Eigen::Vector2d(-100, 150)}) {
-      EXPECT_LT((plane.Apply(kCamera, x) - motion.Apply(x)).norm(), 1e-9);
+      EXPECT_LT((plane.Apply(kPlaneCamera, x) - motion.Apply(x)).norm(), 1e-9);
     }
   }
 }
@@ -146,9 +148,9 @@ std::vector<PlaneShift> Shifts(const PlaneMotion& truth, double noise_px) {
       PlaneShift s;
       s.block.point = {72.0 * i - 252, 72.0 * j - 180};
       s.block.peak = 0.8;
-      s.seen = truth.Apply(kCamera, s.block.point) +
+      s.seen = truth.Apply(kPlaneCamera, s.block.point) +
                noise_px * Eigen::Vector2d(normal(random), normal(random));
-      s.current_from_reference = truth.Jacobian(kCamera, s.block.point);
+      s.current_from_reference = truth.Jacobian(kPlaneCamera, s.block.point);
       shifts.push_back(s);
     }
   }
@@ -171,7 +173,7 @@ TEST(FitPlaneMotion, ExactMotions) {
     start.x += 0.004;
     start.yaw -= 0.005;
     start.tilt_x += 0.01;
-    const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0), start);
+    const PlaneFit fit = FitPlaneMotion(kPlaneCamera, Shifts(truth, 0), start);
     ASSERT_TRUE(fit.ok);
     EXPECT_LT(Difference(fit.motion, truth).cwiseAbs().maxCoeff(), 1e-7) << i;
     EXPECT_EQ(fit.inliers, 48);
@@ -182,7 +184,7 @@ TEST(FitPlaneMotion, LampsBelowTheCeilingDropOut) {
   const PlaneMotion truth{0.1, -0.05, 0.01, 0.2, 2 * kRadPerDeg, -kRadPerDeg};
   auto shifts = Shifts(truth, 0.02);
   for (std::size_t i = 0; i < shifts.size(); i += 6) shifts[i].seen += Eigen::Vector2d(6, 3);
-  const PlaneFit fit = FitPlaneMotion(kCamera, shifts, truth);
+  const PlaneFit fit = FitPlaneMotion(kPlaneCamera, shifts, truth);
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.inliers, 40);
   EXPECT_LT(std::abs(fit.motion.tilt_x - truth.tilt_x), 0.02 * kRadPerDeg);
@@ -197,7 +199,7 @@ TEST(FitPlaneMotion, HoldsFixedParameters) {
   params.fit_height = false;
   params.fit_tilt = false;
   const SharedNoise nothing;
-  const PlaneFit fit = FitPlaneMotion(kCamera, Shifts(truth, 0.02), truth, params, &nothing);
+  const PlaneFit fit = FitPlaneMotion(kPlaneCamera, Shifts(truth, 0.02), truth, params, &nothing);
   ASSERT_TRUE(fit.ok);
   EXPECT_EQ(fit.motion.height, 0);
   EXPECT_EQ(fit.motion.tilt_x, 0);
@@ -209,8 +211,8 @@ TEST(FitPlaneMotion, HoldsFixedParameters) {
 TEST(FitPlaneMotion, TooFewBlocksAreNotOk) {
   auto shifts = Shifts({}, 0);
   shifts.resize(5);
-  EXPECT_FALSE(FitPlaneMotion(kCamera, shifts, {}).ok);
-  EXPECT_FALSE(FitPlaneMotion(kCamera, {}, {}).ok);
+  EXPECT_FALSE(FitPlaneMotion(kPlaneCamera, shifts, {}).ok);
+  EXPECT_FALSE(FitPlaneMotion(kPlaneCamera, {}, {}).ok);
 }
 
 // Blocks of 64 px that overlap, on small and on larger images.
@@ -235,12 +237,12 @@ TEST(FitPlaneMotion, CovarianceHoldsWhereBlocksShareNoise) {
         PlaneShift& s = shifts[i];
         s.block.point = points[i];
         s.block.quality = 1 + 0.2 * static_cast<double>(i % 7);
-        s.current_from_reference = truth.Jacobian(kCamera, points[i]);
+        s.current_from_reference = truth.Jacobian(kPlaneCamera, points[i]);
         const Eigen::Vector2d error = noise.row(static_cast<Eigen::Index>(i)).transpose();
-        s.seen = truth.Apply(kCamera, points[i]) +
+        s.seen = truth.Apply(kPlaneCamera, points[i]) +
                  s.current_from_reference * error / std::sqrt(s.block.quality);
       }
-      const PlaneFit fit = FitPlaneMotion(kCamera, shifts, truth, {}, &shared);
+      const PlaneFit fit = FitPlaneMotion(kPlaneCamera, shifts, truth, {}, &shared);
       ASSERT_TRUE(fit.ok);
       const Six error = Difference(fit.motion, truth);
       nees += NeesOf(error, fit.covariance) / kDraws;
@@ -258,17 +260,17 @@ TEST(FitPlaneMotion, CovarianceHoldsWhereBlocksShareNoise) {
 TEST(FitPlaneMotion, CovarianceContainsTheErrorThatAllBlocksHave) {
   std::vector<PlaneShift> shifts = Shifts({}, 0.02);
   const SharedNoise nothing;
-  const auto without = FitPlaneMotion(kCamera, shifts, {}, {}, &nothing).covariance;
+  const auto without = FitPlaneMotion(kPlaneCamera, shifts, {}, {}, &nothing).covariance;
   for (PlaneShift& shift : shifts) shift.block.sampling = {0.02, 0};
-  const auto with = FitPlaneMotion(kCamera, shifts, {}, {}, &nothing).covariance;
+  const auto with = FitPlaneMotion(kPlaneCamera, shifts, {}, {}, &nothing).covariance;
   // A shift of the image is one of the camera; tilts do not shift it alone.
-  EXPECT_NEAR(with(0, 0) - without(0, 0), std::pow(0.02 / kCamera.focal_px, 2), 1e-12);
+  EXPECT_NEAR(with(0, 0) - without(0, 0), std::pow(0.02 / kPlaneCamera.focal_px, 2), 1e-12);
   EXPECT_NEAR(with(5, 5), without(5, 5), 1e-12);
 }
 
 TEST(PlaneProjection, MeanAroundIsTheMeanOverAWindow) {
   const PlaneMotion motion{0.1, -0.05, 0.02, 0.3, 4 * kRadPerDeg, -3 * kRadPerDeg};
-  const PlaneProjection<double> projection = ProjectionOf(kCamera, motion);
+  const PlaneProjection<double> projection = ProjectionOf(kPlaneCamera, motion);
   const Eigen::Vector2d at(120, -80);
   constexpr double kSigma = 16;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
