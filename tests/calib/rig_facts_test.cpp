@@ -11,7 +11,7 @@
 namespace ceilmap::calib {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 RigFacts FactsOf(const std::string& text) {
   return DescribeRig(ParseRig(text, "rig.yaml"));
@@ -23,7 +23,7 @@ TEST(RigFacts, FieldOfViewAndScaleOfAnUpwardCamera) {
       FactsOf(Replaced(kMinimalRigText, "457, 0, 319.5, 0, 457", "320, 0, 319.5, 0, 320"));
   ASSERT_TRUE(facts.up && facts.up->field_of_view);
   EXPECT_FALSE(facts.forward || facts.omni);
-  EXPECT_NEAR(facts.up->field_of_view->horizontal_rad, kPi / 2, 1e-9);
+  EXPECT_NEAR(facts.up->field_of_view->horizontal_rad, kHalfTurn / 2, 1e-9);
   EXPECT_NEAR(facts.up->field_of_view->vertical_rad, 2 * std::atan(0.75), 1e-9);
   EXPECT_NEAR(facts.up->field_of_view->diagonal_rad, 2 * std::atan(1.25), 1e-9);
   EXPECT_NEAR(facts.up->distance_m, 2.2, 1e-12);
@@ -68,12 +68,12 @@ TEST(RigFacts, CornersOfTheImageOnTheCeiling) {
 TEST(RigFacts, DirectionsOfTheImage) {
   const RigFacts facts = FactsOf(kMinimalRigText);
   EXPECT_NEAR(facts.up->top_yaw_rad, 0, 1e-12);
-  EXPECT_NEAR(facts.up->right_yaw_rad, kPi / 2, 1e-12);
+  EXPECT_NEAR(facts.up->right_yaw_rad, kHalfTurn / 2, 1e-12);
   const RigFacts turned =
       FactsOf(Replaced(kMinimalRigText,
                        "translation: [0, 0, 0.4]",
                        "translation: [0, 0, 0.4], rotation_xyzw: [0, 0, 0, 1]"));
-  EXPECT_NEAR(turned.up->top_yaw_rad, -kPi / 2, 1e-12);
+  EXPECT_NEAR(turned.up->top_yaw_rad, -kHalfTurn / 2, 1e-12);
   EXPECT_NEAR(turned.up->right_yaw_rad, 0, 1e-12);
 }
 

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kResolution = 0.01;
 const store::MosaicGrid kMosaic{-2, 3, kResolution, 480, 400};
-const cv::Size kView{256, 192};
+const cv::Size kComparedView{256, 192};
 // Upper left corner of what the image shows, a corner of cells; the image has its rows along +y.
-const cv::Point kShown{6 * kCellPx, 5 * kCellPx};
+const cv::Point kComparedCorner{6 * kCellPx, 5 * kCellPx};
 
 /// Textured, without lamps.
 cv::Mat Ceiling() {
@@ -55,16 +55,17 @@ class ViewComparisonTest : public testing::Test {
 
   /// An image of a ceiling, with noise, compared with the map.
   ViewComparison See(const cv::Mat& ceiling) {
-    const cv::Point2d middle(kShown.x + 0.5 * kView.width, kShown.y + 0.5 * kView.height);
+    const cv::Point2d middle(kComparedCorner.x + 0.5 * kComparedView.width,
+                             kComparedCorner.y + 0.5 * kComparedView.height);
     const Pose2 T_map_view{
         kMosaic.min_x + middle.x * kResolution, kMosaic.max_y - middle.y * kResolution, 0};
     cv::Mat grey;
-    cv::flip(ceiling(cv::Rect(kShown, kView)), grey, 0);
-    cv::Mat noise(kView, CV_16SC1);
+    cv::flip(ceiling(cv::Rect(kComparedCorner, kComparedView)), grey, 0);
+    cv::Mat noise(kComparedView, CV_16SC1);
     cv::RNG(7).fill(noise, cv::RNG::NORMAL, 0, 1);
     cv::add(grey, noise, grey, cv::noArray(), CV_8U);
     ViewComparer comparer(*map_, heights_);
-    return comparer.Compare({grey, {}, {T_map_view, kView, kResolution}, kResolution});
+    return comparer.Compare({grey, {}, {T_map_view, kComparedView, kResolution}, kResolution});
   }
 
   static CellState StateAt(const ViewComparison& view, const cv::Point& cell) {
@@ -91,7 +92,7 @@ class ViewComparisonTest : public testing::Test {
 TEST_F(ViewComparisonTest, CellsAtTheRimAreNotCompared) {
   Map(Ceiling());
   const ViewComparison view = See(Ceiling());
-  const cv::Rect shown(kShown / kCellPx, kView / kCellPx);
+  const cv::Rect shown(kComparedCorner / kCellPx, kComparedView / kCellPx);
   for (int y = shown.y; y < shown.br().y; ++y) {
     for (int x = shown.x; x < shown.br().x; ++x) {
       const bool rim =

@@ -137,10 +137,10 @@ TEST(ViewAgreement, ImagesAgreeAtTheRatioOfTheSurface) {
   constexpr double kYaw = -1.5707963;  // the images lie along x
   const two_planes::Drive drive(
       {{-0.31, 0, kYaw}, {0.3, 0.1, kYaw}, {0.5, -0.1, kYaw}, {0.7, 0, kYaw}});
-  Thumbnails thumbnails(two_planes::kCeilingSize);
+  Thumbnails thumbnails(two_planes::kViewSize);
   for (std::size_t k = 0; k < drive.views.size(); ++k) {
     // Only the plate is bright.
-    cv::Mat image(two_planes::kCeilingSize, CV_8UC1);
+    cv::Mat image(two_planes::kViewSize, CV_8UC1);
     for (int v = 0; v < image.rows; ++v) {
       for (int u = 0; u < image.cols; ++u) {
         const bool plate = two_planes::RhoAt(drive.views[k], cv::Point2d(u, v)) > 1;

@@ -27,7 +27,7 @@ Scene WheeledScene(double corner_radius_m = 0) {
 }
 
 /// Ten metres along x.
-Scene WheeledScene() {
+Scene StraightWheels() {
   Scene scene = WheeledScene();
   scene.path.waypoints_m = {{1, 2}, {11, 2}};
   return scene;
@@ -117,7 +117,7 @@ TEST(Wheels, ErrorsOfScaleAndTrackWidthAreThoseOfTravelAndTurn) {
 }
 
 TEST(Wheels, SlipIsTravelThatTheRobotDoesNotMake) {
-  Scene scene = WheeledScene();
+  Scene scene = StraightWheels();
   const double end_s = EndOf(scene);
   scene.wheels->slips = {{2.005, 0.5, 0.3}, {6, 1, -0.1}};
   scene.wheels->scale_error_ratio = 0.1;
@@ -154,7 +154,7 @@ TEST(Wheels, EncodersCountStepsOfEachWheel) {
 }
 
 TEST(Wheels, GapsHaveNoSamplesAndTheSpeedsAfterThemAreMeansOverThem) {
-  Scene scene = WheeledScene();
+  Scene scene = StraightWheels();
   scene.wheels->gaps = {{3, 4}};
   scene.wheels->clock_offset_s = -7;
   const std::vector<WheelSample> samples = WholeDrive(scene);
@@ -197,7 +197,7 @@ std::pair<double, double> SpreadAtTheEnd(Scene scene) {
 }
 
 TEST(Wheels, NoiseIsThatOfARandomWalk) {
-  Scene scene = WheeledScene();
+  Scene scene = StraightWheels();
   scene.wheels->translation_noise_per_sqrt_m = 0.01;
   scene.wheels->yaw_noise_deg_per_sqrt_m = 2;
   scene.wheels->yaw_noise_ratio = 0.05;  // without effect: it does not turn
