@@ -25,9 +25,9 @@ Tilt MakeTilt(double pitch_deg, double roll_deg, double lift_m) {
 }
 
 /// A robot under a ceiling, tilted or not.
-class TiltedVisitor {
+class TiltedRobot {
  public:
-  explicit TiltedVisitor(const TrueMap& map, LocalizerParams params = {}) : ceiling_(map.ceiling) {
+  explicit TiltedRobot(const TrueMap& map, LocalizerParams params = {}) : ceiling_(map.ceiling) {
     PoseWithCovariance start{truth_};
     start.covariance.diagonal() << 0.01, 0.01, 0.01;
     params.start = start;
@@ -84,7 +84,7 @@ class TiltedVisitor : public testing::Test {
 TrueMap* TiltedVisitor::map_ = nullptr;
 
 TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
-  TiltedVisitor visitor(*map_);
+  TiltedRobot visitor(*map_);
   for (int i = 0; i < 24; ++i) {
     const bool tilted = i >= 6 && i < 18;
     const Tilt tilt = tilted ? MakeTilt(-0.6 * (i - 5), 0.3 * (i - 9), 0.01) : Tilt{};
@@ -104,7 +104,7 @@ TEST_F(TiltedVisitor, IsPlacedRightWhenItsTiltIsGiven) {
 // 2 degrees under 2.6 m are 9 cm.
 TEST_F(TiltedVisitor, AnUnnoticedTiltIsReportedAndInTheCovariance) {
   for (const Tilt& tilt : {MakeTilt(2, 0, 0), MakeTilt(0, -1.5, 0), MakeTilt(-1.2, 1.2, 0)}) {
-    TiltedVisitor visitor(*map_);
+    TiltedRobot visitor(*map_);
     int reported = 0;
     for (int i = 0; i < 6; ++i) {
       const Location location = visitor.Locate(tilt, {});
@@ -134,7 +134,7 @@ TEST_F(TiltedVisitor, NoFrameBetweenChecksClaimsToBeLevel) {
   LocalizerParams params;
   params.tilt_checks = 2;
   params.tilt_check_every = 4;
-  TiltedVisitor visitor(*map_, params);
+  TiltedRobot visitor(*map_, params);
   std::vector<int> checked;
   for (int i = 1; i <= 24; ++i) {
     const double part = std::clamp(std::min(i - 5, 19 - i) / 3.0, 0.0, 1.0);  // of the height
@@ -161,7 +161,7 @@ TEST_F(TiltedVisitor, NoFrameBetweenChecksClaimsToBeLevel) {
 
 // What is left is what was not taken out.
 TEST_F(TiltedVisitor, AHalfKnownTiltLeavesTheOtherHalf) {
-  TiltedVisitor visitor(*map_);
+  TiltedRobot visitor(*map_);
   int reported = 0;
   for (int i = 0; i < 5; ++i) {
     const Location location = visitor.Locate(MakeTilt(3, 0, 0), MakeTilt(1.5, 0, 0));
@@ -178,14 +178,14 @@ TEST_F(TiltedVisitor, IsCheckedInTheBeginningAndThenNowAndThen) {
   LocalizerParams params;
   params.tilt_checks = 3;
   params.tilt_check_every = 8;
-  TiltedVisitor visitor(*map_, params);
+  TiltedRobot visitor(*map_, params);
   std::vector<int> checked;
   for (int i = 1; i <= 17; ++i) {
     if (visitor.Locate({}, {}).tilt_left) checked.push_back(i);
   }
   EXPECT_THAT(checked, testing::ElementsAre(2, 3, 8, 16));  // the first one found the robot
   params.tilt_checks = params.tilt_check_every = 0;
-  TiltedVisitor unchecked(*map_, params);
+  TiltedRobot unchecked(*map_, params);
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(unchecked.Locate({}, {}).tilt_left.has_value());
 }
 

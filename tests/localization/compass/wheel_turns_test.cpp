@@ -20,7 +20,7 @@ double Heading(double stamp_s) {
 }
 
 /// What a compass is told, and tells, on a drive of 60 s with panoramas at 10 Hz.
-struct Drive {
+struct WheelDrive {
   double sign = 1;  // of the reported turns
   double bias_rad_s = 0.01;
   bool gyro = true;
@@ -54,7 +54,7 @@ struct Drive {
 
 TEST(WheelTurns, AGyroIsEnoughForTurnsAndItsBiasIsFound) {
   WheelTurns turns;
-  Drive().Run(turns, [](double stamp_s, const PanoramaFrame& frame) {
+  WheelDrive().Run(turns, [](double stamp_s, const PanoramaFrame& frame) {
     EXPECT_FALSE(frame.travel);
     EXPECT_EQ(frame.turn.has_value(), stamp_s > 0);
     if (stamp_s < 40) return;
@@ -76,7 +76,7 @@ TEST(WheelTurns, AGyroIsEnoughForTurnsAndItsBiasIsFound) {
 TEST(WheelTurns, WheelsTellTravelOfTheCameraToo) {
   const Eigen::Vector2d camera(0.2, 0.1);
   WheelTurns turns({}, 0, camera);
-  Drive drive;
+  WheelDrive drive;
   drive.gyro = false;
   drive.Run(turns, [&](double stamp_s, const PanoramaFrame& frame) {
     EXPECT_EQ(frame.travel.has_value(), stamp_s > 0);
@@ -93,7 +93,7 @@ TEST(WheelTurns, WheelsTellTravelOfTheCameraToo) {
 
 TEST(WheelTurns, ATurnIsNotBelievedBeforeItAgreedWithPanoramas) {
   WheelTurns turns;
-  Drive().Run(turns, [](double stamp_s, const PanoramaFrame& frame) {
+  WheelDrive().Run(turns, [](double stamp_s, const PanoramaFrame& frame) {
     if (stamp_s == 0) return;
     const double common = frame.turn->common_rad;
     if (stamp_s < 2) {
@@ -107,7 +107,7 @@ TEST(WheelTurns, ATurnIsNotBelievedBeforeItAgreedWithPanoramas) {
 TEST(WheelTurns, TheOppositeSignIsFoundAndNotUsed) {
   for (const bool gyro : {false, true}) {
     WheelTurns turns;
-    Drive drive;
+    WheelDrive drive;
     drive.sign = -1;
     drive.gyro = gyro;
     drive.Run(turns, [](double stamp_s, const PanoramaFrame& frame) {
@@ -123,7 +123,7 @@ TEST(WheelTurns, TheOppositeSignIsFoundAndNotUsed) {
 
 TEST(WheelTurns, DegreesInsteadOfRadiansAreNamed) {
   WheelTurns turns;
-  Drive drive;
+  WheelDrive drive;
   drive.sign = kDegPerRad;
   drive.gyro = true;
   drive.Run(turns, [](double /*stamp_s*/, const PanoramaFrame& /*frame*/) {});
