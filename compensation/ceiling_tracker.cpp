@@ -77,6 +77,11 @@ double TiltSigma(const PlaneFit& fit) {
   return std::sqrt(fit.tilt_spread.trace());
 }
 
+/// Whether nearly all that is seen lies in one plane.
+bool ShowsPlane(const PlaneFit& fit) {
+  return fit.ok && fit.inliers >= kPlaneInlierRatio * fit.blocks;
+}
+
 /// The pose without its tilt: the pose of a level robot with the same foot and heading.
 Isometry3d Levelled(const Isometry3d& T) {
   return ToSpace(FromSpace(T).pose, {});
@@ -250,8 +255,14 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (loss > kMaxCodingLoss) return std::nullopt;
   PlaneFit fit = Fit(frame, ToMotion(Predict(frame.stamp_s)));
   const bool plane = reference_.spectrum.Heights() == nullptr;
-  if (plane && (!fit.ok || fit.inliers < kPlaneInlierRatio * fit.blocks)) {
-    if (FindDepth(frame, fit)) {
+  if (plane && !ShowsPlane(fit)) {
+    // After a gap the prediction may be wrong, and heights explain what it leaves unexplained.
+    const PlaneFit anywhere = Find(frame);
+    if (IsSound(anywhere, loss) && ShowsPlane(anywhere)) {
+      fit = anywhere;
+      last_.reset();
+      before_.reset();
+    } else if (FindDepth(frame, fit)) {
       PlanarTilt level = Predict(frame.stamp_s);
       level.tilt = {};
       fit = Fit(frame, ToMotion(level));

@@ -144,7 +144,9 @@ std::optional<Estimate> CeilingMapper::Flush() {
 
 mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
   Impl& me = *impl_;
-  if (Sensed().wheels.fault != wheels::WheelFault::kNone) me.mapper->ForgetWheels();
+  const wheels::WheelsReport wheels = Sensed().wheels;
+  if (wheels.fault != wheels::WheelFault::kNone) me.mapper->ForgetWheels();
+  me.mapper->TakeSlips(wheels.model.slips);
   mapping::MappingResult result =
       me.extension
           ? me.extension->Finish(me.source, me.view, me.mapping, *me.mapper, *me.writer, progress)
