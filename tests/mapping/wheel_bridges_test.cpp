@@ -8,7 +8,7 @@
 namespace ceilmap::mapping {
 namespace {
 
-wheels::RelativeMotion Ahead() {
+wheels::RelativeMotion HalfAMetre() {
   wheels::RelativeMotion step;
   step.T_before_now = {0.5, 0, 0};
   step.travel_m = 0.5;
@@ -31,10 +31,10 @@ struct DarkDrive {
   WheelBridges bridges;
 
   DarkDrive() {
-    bridges.Follow(true, {edges[0]}, Ahead());
-    for (int i = 0; i < 3; ++i) bridges.Follow(false, {}, Ahead());
-    bridges.Follow(true, {edges[1]}, Ahead());
-    bridges.Follow(true, {}, Ahead());
+    bridges.Follow(true, {edges[0]}, HalfAMetre());
+    for (int i = 0; i < 3; ++i) bridges.Follow(false, {}, HalfAMetre());
+    bridges.Follow(true, {edges[1]}, HalfAMetre());
+    bridges.Follow(true, {}, HalfAMetre());
   }
   [[nodiscard]] Eigen::Vector3d Variances(std::size_t edge) const {
     return edges[edge].information.inverse().diagonal();
