@@ -47,6 +47,11 @@ constexpr double kCommonCodingErrors = 3;
 // level frames up to 4 degrees, with a standard deviation of a tenth of that.
 constexpr double kMaxCodingLoss = 0.5;
 
+// Where only one of two images has lost so much more of the sensor's noise, it is blurred by
+// motion: blocks agree at either end of the blur, some here and some there, which looks like a
+// tilt.
+constexpr double kBlurredLoss = 0.2;
+
 // Under a ceiling with depth matching is less exact, because a block may show several surfaces: the
 // limits that correspond to kMinInlierRatio, kMaxSigmaPx and kCeilingSystematicRad; ...
 constexpr double kMinInlierRatioDepth = 0.3;
@@ -75,6 +80,11 @@ registration::RegistrarParams ParamsFor(const calib::CeilingView& view) {
 /// Standard deviation of the tilt with which limits are compared, rad.
 double TiltSigma(const PlaneFit& fit) {
   return std::sqrt(fit.tilt_spread.trace());
+}
+
+/// Whether nearly all that is seen lies in one plane.
+bool ShowsPlane(const PlaneFit& fit) {
+  return fit.ok && fit.inliers >= kPlaneInlierRatio * fit.blocks;
 }
 
 /// The pose without its tilt: the pose of a level robot with the same foot and heading.
@@ -246,12 +256,19 @@ void CeilingTracker::LearnHeights(const PlaneFit& fit) {
 
 std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
-  const double loss = std::min(reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss());
-  if (loss > kMaxCodingLoss) return std::nullopt;
+  const auto [loss, larger_loss] =
+      std::minmax({reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss()});
+  if (loss > kMaxCodingLoss || larger_loss > loss + kBlurredLoss) return std::nullopt;
   PlaneFit fit = Fit(frame, ToMotion(Predict(frame.stamp_s)));
   const bool plane = reference_.spectrum.Heights() == nullptr;
-  if (plane && (!fit.ok || fit.inliers < kPlaneInlierRatio * fit.blocks)) {
-    if (FindDepth(frame, fit)) {
+  if (plane && !ShowsPlane(fit)) {
+    // After a gap the prediction may be wrong, and heights explain what it leaves unexplained.
+    const PlaneFit anywhere = Find(frame);
+    if (IsSound(anywhere, loss) && ShowsPlane(anywhere)) {
+      fit = anywhere;
+      last_.reset();
+      before_.reset();
+    } else if (FindDepth(frame, fit)) {
       PlanarTilt level = Predict(frame.stamp_s);
       level.tilt = {};
       fit = Fit(frame, ToMotion(level));

@@ -112,12 +112,16 @@ class MapMatcher {
                                                    const PoseWithCovariance& expected) const;
   std::shared_ptr<const Patch> MatchExactly(const registration::FrameSpectrum& frame,
                                             std::optional<MapMatch>& match);
+  bool HidesItsMotion(const registration::FrameSpectrum& patch,
+                      const registration::FrameSpectrum& frame,
+                      const registration::ImageMotion& motion);
 
   const store::MapReader& map_;
   calib::MountedCamera up_;
   int scale_frames_;
   calib::CeilingView view_;
-  Tilt tilt_;  // that was removed from the frame
+  Tilt tilt_;              // that was removed from the frame
+  double least_loss_ = 1;  // FrameSpectrum::CodingLoss of the sharpest image so far
   double span_;
   mosaic::HeightMap heights_;  // empty: the ceiling is one plane
   registration::Registrar registrar_;

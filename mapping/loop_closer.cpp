@@ -88,6 +88,7 @@ struct LoopCloser::Impl {
   KeyframeHeadings headings;
   LruCache<cv::Mat> images;
   LruCache<FrameSpectrum> spectra;
+  std::unordered_map<std::int64_t, registration::Encoding> encodings;  // of the images as taken
   std::unordered_map<std::int64_t, std::shared_ptr<const heights::HeightField>> heights;
   LoopCandidates candidates;
   LoopVerifier judge;
@@ -122,7 +123,7 @@ FrameSpectrum LoopCloser::Impl::Spectrum(std::int64_t id) {
       image = load(id);
       images.Insert(id, image);
     }
-    spectrum = registrar.Analyze(image, calib::ContentMask(image));
+    spectrum = registrar.Analyze(image, calib::ContentMask(image), encodings[id]);
     spectra.Insert(id, spectrum);
   }
   const auto known = heights.find(id);
@@ -277,7 +278,10 @@ void LoopCloser::Add(const graph::Keyframe& keyframe,
   }
   if (keyframe.pose.heading) me.headings.Add(keyframe.id, *keyframe.pose.heading);
   if (!keyframe.image.empty()) me.images.Insert(keyframe.id, keyframe.image);
-  if (!spectrum.empty()) me.spectra.Insert(keyframe.id, spectrum);
+  if (!spectrum.empty()) {
+    me.spectra.Insert(keyframe.id, spectrum);
+    me.encodings[keyframe.id] = spectrum.GetEncoding();
+  }
   if (keyframe.heights) me.heights[keyframe.id] = keyframe.heights;
   if (spectrum.IsStarved()) {
     me.starved.insert(keyframe.id);

@@ -23,6 +23,7 @@
 #include "mapping/places/place_descriptor.hpp"
 #include "mapping/predicted_frames.hpp"
 #include "mapping/repetition.hpp"
+#include "mapping/wheel_bridges.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -129,7 +130,7 @@ struct Mapper::Impl {
   std::vector<float> peaks;
   int consecutive_lost = 0;
   bool closed = false;
-  bool without_wheels = false;
+  WheelBridges bridges;
   MapperReport report;
 
   void WaitForLoops() {
@@ -245,9 +246,7 @@ void Mapper::Impl::NoteLoss() {
 /// The edges that were found so far.
 void Mapper::Impl::TakeEdges() {
   graph.edges = closer->Graph().Edges();
-  if (!without_wheels) return;
-  std::erase_if(graph.edges,
-                [](const graph::Edge& edge) { return edge.kind == graph::Edge::Kind::kWheels; });
+  bridges.Correct(graph.edges);
 }
 
 /// Joins the segments between which the robot was lost; segments that cannot be joined are removed.
@@ -325,17 +324,20 @@ graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
   Impl& me = *impl_;
   CheckHeading(context, frame_index);
   registration::AnalyzedImage level = rectified;
+  FrameContext drawn = context;
   if (!context.tilt.IsLevel()) {
     const StageTimer timer(me.report.rectify_ms);
     if (!me.level_view) me.level_view.emplace(me.view);
     me.level_view->Draw(rectified.pixels, context.tilt, me.levelled);
     level = {me.levelled, {}};
+    drawn.encoding = registration::WithLossOf(rectified.pixels, context.encoding);
   }
   OdometryStep step;
   {
     const StageTimer timer(me.report.register_ms);
-    step = me.odometry->Process(level.pixels, frame_index, stamp_s, context, level.spectrum);
+    step = me.odometry->Process(level.pixels, frame_index, stamp_s, drawn, level.spectrum);
   }
+  me.bridges.Follow(graph::HasPose(step.pose.status), step.new_edges, context.wheels);
   me.KeepKeyframe(step);
   me.Count(step);
   if (!graph::HasPose(step.pose.status) && context.wheels) {
@@ -347,8 +349,12 @@ graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
   return step.pose;
 }
 
+void Mapper::TakeSlips(const wheels::SlipRate& slips) {
+  impl_->bridges.TakeSlips(slips);
+}
+
 void Mapper::ForgetWheels() {
-  impl_->without_wheels = true;
+  impl_->bridges.Forget();
   impl_->predicted = {};
 }
 

@@ -99,6 +99,9 @@ class Mapper {
   /// The wheels turned out to be wrong (wheels::WheelFault): Close() leaves out what they alone
   /// know. Parts of the drive that only they connect are joined by their images, or left out.
   void ForgetWheels();
+  /// Slips of the wheels that the whole drive showed. Parts that only wheels connect were connected
+  /// with those that had been seen until then: Close() adds the others to their covariance.
+  void TakeSlips(const wheels::SlipRate& slips);
 
   /// Ends the recording and optimizes all poses together. No Process after it.
   /// @throws RunError when no frame showed any texture.

@@ -124,8 +124,49 @@ void DeadReckoning::Add(const GyroSample& sample) {
     turned.yaw_rad = before.yaw_rad + 0.5 * (before.rate_rad_s + turned.rate_rad_s) *
                                           std::min(turned.stamp_s - before.stamp_s, kMaxGapS);
   }
+  NoteStuck(sample);
   gyro_.push_back(turned);
   DropOld(gyro_);
+}
+
+bool DeadReckoning::Stuck::IsSure() const {
+  constexpr double kMinS = 0.1;
+  constexpr int kMinSamples = 3;
+  return samples >= kMinSamples && to_s - from_s >= kMinS;
+}
+
+/// Before the sample is kept.
+void DeadReckoning::NoteStuck(const GyroSample& sample) {
+  const bool same = !gyro_.empty() && gyro_.back().rate_rad_s == sample.yaw_rate_rad_s &&
+                    sample.stamp_s - gyro_.back().stamp_s <= kMaxGapS;
+  if (same && !stuck_.empty()) {
+    stuck_.back().to_s = sample.stamp_s;
+    ++stuck_.back().samples;
+    return;
+  }
+  if (!stuck_.empty() && !stuck_.back().IsSure()) {
+    stuck_.pop_back();
+  } else if (!stuck_.empty()) {
+    stuck_seconds_ += stuck_.back().to_s - stuck_.back().from_s;
+  }
+  stuck_.push_back({sample.stamp_s, sample.stamp_s, 1});
+  while (sample.stamp_s - stuck_.front().to_s > kKeptS) stuck_.pop_front();
+}
+
+double DeadReckoning::StuckSeconds() const {
+  const bool now = !stuck_.empty() && stuck_.back().IsSure();
+  return stuck_seconds_ + (now ? stuck_.back().to_s - stuck_.back().from_s : 0);
+}
+
+/// Whether the gyro was stuck at any time between two times of its clock. Held after the last
+/// sample, it is what it was there.
+bool DeadReckoning::IsStuck(double from_s, double to_s) const {
+  for (auto stuck = stuck_.rbegin(); stuck != stuck_.rend(); ++stuck) {
+    if (stuck->to_s < from_s && stuck != stuck_.rbegin()) return false;
+    const bool until_now = stuck == stuck_.rbegin();
+    if (stuck->IsSure() && stuck->from_s < to_s && (until_now || stuck->to_s > from_s)) return true;
+  }
+  return false;
 }
 
 /// Whether the pose is where no robot gets from the last one, which moved as robots do: it was set
@@ -172,6 +213,8 @@ std::optional<RelativeTurn> DeadReckoning::GyroTurn(double from_s,
                                                     double to_s,
                                                     const WheelModel& model) const {
   if (gyro_.empty()) return std::nullopt;
+  // Without wheels nothing else measures the turn, and a gyro may report rest by an exact zero.
+  if (!wheels_.empty() && IsStuck(from_s, to_s)) return std::nullopt;
   const std::optional<double> from = GyroYaw(from_s);
   const std::optional<double> to = GyroYaw(to_s);
   if (!from || !to) return std::nullopt;
@@ -213,6 +256,8 @@ RelativeMotion DeadReckoning::Step(const Pose2& reported,
                                : squared(model.yaw_noise_per_sqrt_m, length) +
                                      squared(model.yaw_noise_per_sqrt_rad, std::abs(turn));
   motion.common.col(0) << step / model.scale.value * model.scale.sigma, 0;
+  motion.travel_m = length;
+  motion.slips = model.slips;
   const double turn_error = by_gyro ? by_gyro->common_rad : model.turn_scale.sigma * reported.yaw;
   motion.common.col(1) << 0.5 * turn_error * Eigen::Vector2d(-step.y(), step.x()), turn_error;
   return motion;

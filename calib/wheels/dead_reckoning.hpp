@@ -30,6 +30,9 @@ struct GyroSample {
 /// The robot's motion between any two times, by its wheels, and by a gyro where there is one: the
 /// travel is that of the wheels, the turn that of the gyro.
 ///
+/// Beside wheels, a gyro that repeats exactly one value for more than a tenth of a second is stuck,
+/// and measures nothing: the turn is that of the wheels.
+///
 /// Errors of scale and turn are those of the axle's motion. Base may stand before the axle: then
 /// its own motion in a turn is that of the turn.
 ///
@@ -73,6 +76,8 @@ class DeadReckoning {
                                                              const WheelModel& model) const;
 
   [[nodiscard]] bool HasGyro() const { return !gyro_.empty(); }
+  /// For how long the gyro was stuck since the first sample, s.
+  [[nodiscard]] double StuckSeconds() const;
   [[nodiscard]] std::int64_t Samples() const { return samples_; }  ///< of the wheels
 
  private:
@@ -87,6 +92,14 @@ class DeadReckoning {
     double rate_rad_s = 0;
     double yaw_rad = 0;  // since the first sample, not wrapped, with the bias
   };
+  struct Stuck {  // one value only
+    double from_s = 0;
+    double to_s = 0;
+    int samples = 0;
+    [[nodiscard]] bool IsSure() const;
+  };
+  void NoteStuck(const GyroSample& sample);
+  [[nodiscard]] bool IsStuck(double from_s, double to_s) const;
   [[nodiscard]] std::optional<RelativeTurn> GyroTurn(double from_s,
                                                      double to_s,
                                                      const WheelModel& model) const;
@@ -106,6 +119,8 @@ class DeadReckoning {
   Pose2 T_base_axle_;
   std::deque<AxlePose> wheels_;
   std::deque<Turned> gyro_;
+  std::deque<Stuck> stuck_;     // the last one may not be sure yet
+  double stuck_seconds_ = 0;    // of those before the last one
   std::optional<bool> speeds_;  // whether speeds are added, or poses
   std::int64_t samples_ = 0;
 };

@@ -2,6 +2,12 @@
 
 namespace ceilmap::wheels {
 
+Eigen::Matrix3d RelativeMotion::Covariance() const {
+  Eigen::Matrix3d covariance = noise + common * common.transpose();
+  covariance.diagonal().head<2>().array() += slips.Variance(travel_m);
+  return covariance;
+}
+
 PoseWithCovariance RelativeMotion::From(const PoseWithCovariance& before) const {
   return {before.pose * T_before_now,
           ComposeCovariance(before.pose, before.covariance, T_before_now, Covariance())};
@@ -44,6 +50,8 @@ RelativeMotion operator*(const RelativeMotion& a, const RelativeMotion& b) {
   both.common.topRows<2>() +=
       Eigen::Vector2d(-step.y(), step.x()) * a.common.row(2) + R * b.common.topRows<2>();
   both.common.row(2) += b.common.row(2);
+  both.travel_m = a.travel_m + b.travel_m;
+  both.slips = b.travel_m > 0 ? b.slips : a.slips;
   return both;
 }
 

@@ -4,12 +4,14 @@
 #include <optional>
 
 #include "calib/base/pose_with_covariance.hpp"
+#include "calib/wheels/wheel_model.hpp"
 
 namespace ceilmap::wheels {
 
 /// A motion of the robot as its wheels and gyro tell it: T_before_now, and its errors. Independent
 /// errors of the steps add up as variances. Errors that all steps have in common, of the scale and
-/// of the turn, add up as lengths.
+/// of the turn, add up as lengths. Slips displace the robot by as much as those that were seen, in
+/// any direction.
 struct RelativeMotion {
   Pose2 T_before_now;
   /// Covariance of (x, y, yaw) by noise, in the axes of `before`.
@@ -17,9 +19,11 @@ struct RelativeMotion {
   /// Errors of (x, y, yaw) for one standard deviation of the scale, and of the turn scale or the
   /// gyro's bias.
   Eigen::Matrix<double, 3, 2> common = Eigen::Matrix<double, 3, 2>::Zero();
+  double travel_m = 0;  ///< length of the way
+  SlipRate slips;       ///< of the wheels, as far as it was known at the end of the motion
 
-  /// Of both.
-  [[nodiscard]] Eigen::Matrix3d Covariance() const { return noise + common * common.transpose(); }
+  /// Of all.
+  [[nodiscard]] Eigen::Matrix3d Covariance() const;
   /// Where the robot is after this motion from a pose whose errors are independent of it.
   [[nodiscard]] PoseWithCovariance From(const PoseWithCovariance& before) const;
   /// Where it was before this motion led to a pose, likewise.

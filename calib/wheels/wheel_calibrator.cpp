@@ -51,6 +51,11 @@ void Keep(double value, std::deque<double>& values) {
   if (values.size() > kNoisePieces) values.pop_front();
 }
 
+/// The noise of the latest pieces, as a multiple of what was stated.
+double NoiseFactor(const std::deque<double>& errors) {
+  return std::clamp(RobustSigma(errors), kMinNoiseFactor, kMaxNoiseFactor);
+}
+
 Eigen::Vector3d Difference(const Pose2& a, const Pose2& b) {
   return {a.x - b.x, a.y - b.y, WrapAngle(a.yaw - b.yaw)};
 }
@@ -120,6 +125,7 @@ bool WheelCalibrator::Arrive(double stamp_s,
   if (!pose) {
     start_.reset();
     latest_.reset();
+    slipping_ = false;
     return false;
   }
   Start now{stamp_s, *pose, velocity};
@@ -203,32 +209,53 @@ bool WheelCalibrator::Take(const Start& now,
   const Pose2 T_from_to = start_->pose.pose.Inverse() * now.pose.pose;
   // Of (x, y, yaw), or of the yaw alone.
   const Eigen::Index rows = seen == Seen::kPose ? 3 : 1;
-  const Eigen::MatrixXd J = Derivatives(now, wheels.HasGyro()).bottomRows(rows);
+  const std::optional<RelativeTurn> turn = wheels.TurnBetween(from_s, to_s, model_);
+  const bool by_gyro = turn && !turn->may_slip;
+  const Eigen::MatrixXd J = Derivatives(now, by_gyro).bottomRows(rows);
   ++pieces_;
   Count(T_from_to, motion->T_before_now);
+  travel_m_ += motion->travel_m;
   covariance_(2, 2) += kBiasWalk * kBiasWalk * (to_s - from_s);
   const Eigen::VectorXd difference = Difference(T_from_to, motion->T_before_now).tail(rows);
   const Eigen::MatrixXd noise = (motion->noise + measured).bottomRightCorner(rows, rows);
   const Eigen::MatrixXd S = J * covariance_ * J.transpose() + noise;
   if (difference.dot(S.ldlt().solve(difference)) > kMaxSigmas * kMaxSigmas) {
     ++slips_;
-    return false;
+    if (seen == Seen::kPose) LearnSlip(difference.head<2>());
+    return seen == Seen::kPose;
   }
-  LearnNoise(difference, S.diagonal());
+  slipping_ = false;
+  LearnNoise(difference, S.diagonal(), by_gyro);
   const Eigen::MatrixXd K = S.ldlt().solve(J * covariance_).transpose();
   const Vector values = Values(model_) + K * difference;
   Matrix left = Matrix::Identity() - K * J;
   covariance_ = left * covariance_ * left.transpose() + K * noise * K.transpose();
   model_ = With(values);
-  if (seen == Seen::kPose && wheels.HasGyro()) {
-    // With the noise as it was stated: what is learned of it is that of the gyro.
+  if (seen == Seen::kPose && by_gyro) {
+    // With the noise as it was stated: its own part in it is learned last.
     WheelModel stated = model_;
     stated.yaw_noise_per_sqrt_m = first_.yaw_noise_per_sqrt_m;
     stated.yaw_noise_per_sqrt_rad = first_.yaw_noise_per_sqrt_rad;
-    const std::optional<RelativeTurn> turn = wheels.WheelTurnBetween(from_s, to_s, stated);
-    if (turn) LearnTurnScale(T_from_to.yaw, *turn, measured(2, 2));
+    const std::optional<RelativeTurn> by_wheels = wheels.WheelTurnBetween(from_s, to_s, stated);
+    if (by_wheels) LearnTurnScale(T_from_to.yaw, *by_wheels, measured(2, 2));
   }
   return true;
+}
+
+/// @param difference  of a piece that contradicts the wheels, m.
+void WheelCalibrator::LearnSlip(const Eigen::Vector2d& difference) {
+  if (!slipping_) {
+    ++slip_events_;
+    slip_squares_ += slip_.squaredNorm();
+    slip_.setZero();
+  }
+  slipping_ = true;
+  slip_ += difference;
+  slip_sum_ += difference;
+  if (!(travel_m_ > 0)) return;
+  const double per_m = (1 + 1.0 / slip_events_) / travel_m_;
+  model_.slips = {per_m * slip_sum_.norm(),
+                  std::sqrt(per_m * (slip_squares_ + slip_.squaredNorm()))};
 }
 
 /// The wheels' turn beside a gyro, which leaves it out of the motion: their scale depends on no
@@ -242,6 +269,7 @@ void WheelCalibrator::LearnTurnScale(double seen_rad,
   const double noise = by_wheels.noise_rad2 + seen_rad2;
   const double S = J * covariance_(1, 1) * J + noise;
   if (difference * difference > kMaxSigmas * kMaxSigmas * S) return;
+  LearnYawNoise(difference / std::sqrt(S), /*by_gyro=*/false);
   const double K = covariance_(1, 1) * J / S;
   covariance_(1, 1) *= 1 - K * J;
   model_.turn_scale = {model_.turn_scale.value + K * difference, std::sqrt(covariance_(1, 1))};
@@ -249,11 +277,10 @@ void WheelCalibrator::LearnTurnScale(double seen_rad,
 
 /// The noise that wheels and gyro really have, as a multiple of what was stated.
 /// @param difference, expected  variances; of (x, y, yaw), or of the yaw alone.
+/// @param by_gyro  The yaw is that of the gyro.
 void WheelCalibrator::LearnNoise(const Eigen::VectorXd& difference,
-                                 const Eigen::VectorXd& expected) {
-  const auto factor = [](const std::deque<double>& errors) {
-    return std::clamp(RobustSigma(errors), kMinNoiseFactor, kMaxNoiseFactor);
-  };
+                                 const Eigen::VectorXd& expected,
+                                 bool by_gyro) {
   const auto in_sigmas = [&](Eigen::Index row) {
     return difference[row] / std::sqrt(expected[row]);
   };
@@ -262,16 +289,26 @@ void WheelCalibrator::LearnNoise(const Eigen::VectorXd& difference,
     const double now = model_.travel_noise_per_sqrt_m / first_.travel_noise_per_sqrt_m;
     Keep(now * in_sigmas(0), travel_errors_);
     if (travel_errors_.size() >= kFewestPieces) {
-      model_.travel_noise_per_sqrt_m = factor(travel_errors_) * first_.travel_noise_per_sqrt_m;
+      model_.travel_noise_per_sqrt_m = NoiseFactor(travel_errors_) * first_.travel_noise_per_sqrt_m;
     }
   }
-  const double now = model_.yaw_noise_per_sqrt_m / first_.yaw_noise_per_sqrt_m;
-  Keep(now * in_sigmas(yaw_row), yaw_errors_);
-  if (yaw_errors_.size() < kFewestPieces) return;
-  const double yaw = factor(yaw_errors_);
-  model_.yaw_noise_per_sqrt_m = yaw * first_.yaw_noise_per_sqrt_m;
-  model_.yaw_noise_per_sqrt_rad = yaw * first_.yaw_noise_per_sqrt_rad;
-  model_.gyro_noise_per_sqrt_s = yaw * first_.gyro_noise_per_sqrt_s;
+  const double now = by_gyro ? model_.gyro_noise_per_sqrt_s / first_.gyro_noise_per_sqrt_s
+                             : model_.yaw_noise_per_sqrt_m / first_.yaw_noise_per_sqrt_m;
+  LearnYawNoise(now * in_sigmas(yaw_row), by_gyro);
+}
+
+/// @param error  of a piece, standard deviations as stated at first.
+void WheelCalibrator::LearnYawNoise(double error, bool by_gyro) {
+  std::deque<double>& errors = by_gyro ? gyro_errors_ : yaw_errors_;
+  Keep(error, errors);
+  if (errors.size() < kFewestPieces) return;
+  const double yaw = NoiseFactor(errors);
+  if (by_gyro) {
+    model_.gyro_noise_per_sqrt_s = yaw * first_.gyro_noise_per_sqrt_s;
+  } else {
+    model_.yaw_noise_per_sqrt_m = yaw * first_.yaw_noise_per_sqrt_m;
+    model_.yaw_noise_per_sqrt_rad = yaw * first_.yaw_noise_per_sqrt_rad;
+  }
 }
 
 void WheelCalibrator::Count(const Pose2& seen, const Pose2& reported) {

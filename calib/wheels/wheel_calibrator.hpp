@@ -28,7 +28,9 @@ enum class WheelFault {
 /// The motion is compared over short pieces of the way. An extended Kalman filter over scale, turn
 /// scale, bias and the two delays takes the difference of each piece. A piece that contradicts the
 /// estimate by more than four standard deviations is a slip and is left out. Where most pieces do,
-/// the odometry is not used at all (Fault).
+/// the odometry is not used at all (Fault). Slips say how large those are that nothing sees
+/// (SlipRate), where the ceiling is dark: their mean and scatter over the way, as if one more like
+/// them had been missed.
 ///
 /// Scale, turn scale and bias are observable on any drive with turns; the delays where speed or
 /// turn rate change. What a drive does not show keeps the standard deviation it had.
@@ -96,7 +98,9 @@ class WheelCalibrator {
             const DeadReckoning& wheels,
             Seen seen);
   void LearnTurnScale(double seen_rad, const RelativeTurn& by_wheels, double seen_rad2);
-  void LearnNoise(const Eigen::VectorXd& difference, const Eigen::VectorXd& expected);
+  void LearnNoise(const Eigen::VectorXd& difference, const Eigen::VectorXd& expected, bool by_gyro);
+  void LearnYawNoise(double error, bool by_gyro);
+  void LearnSlip(const Eigen::Vector2d& difference);
   void Count(const Pose2& seen, const Pose2& reported);
 
   WheelModel first_;
@@ -107,7 +111,15 @@ class WheelCalibrator {
   std::int64_t pieces_ = 0;
   std::int64_t slips_ = 0;
   std::deque<double> travel_errors_;  // of the latest pieces, in standard deviations as stated ...
-  std::deque<double> yaw_errors_;     // ... at first
+  std::deque<double> yaw_errors_;     // ... at first, of the wheels ...
+  std::deque<double> gyro_errors_;    // ... and of the gyro
+  // Slips: one may last several pieces.
+  bool slipping_ = false;
+  int slip_events_ = 0;
+  Eigen::Vector2d slip_ = Eigen::Vector2d::Zero();      // the last one, m
+  Eigen::Vector2d slip_sum_ = Eigen::Vector2d::Zero();  // of all
+  double slip_squares_ = 0;                             // of those before the last one
+  double travel_m_ = 0;                                 // over all pieces, as reported
   // Sums over the pieces, for Fault.
   double travel_both_ = 0;
   double travel_reported_ = 0;

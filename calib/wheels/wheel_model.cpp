@@ -4,6 +4,11 @@
 
 namespace ceilmap::wheels {
 
+double SlipRate::Variance(double travel_m) const {
+  const double mean_m = mean_m_per_m * travel_m;
+  return mean_m * mean_m + scatter_per_sqrt_m * scatter_per_sqrt_m * travel_m;
+}
+
 void WheelModel::Validate() const {
   const FieldCheck require("wheels");
   const auto require_scale = [&](const Uncertain& factor, const char* field) {
@@ -19,6 +24,8 @@ void WheelModel::Validate() const {
   require(yaw_noise_per_sqrt_m > 0, "yaw_noise_per_sqrt_m", yaw_noise_per_sqrt_m, "> 0");
   require(yaw_noise_per_sqrt_rad > 0, "yaw_noise_per_sqrt_rad", yaw_noise_per_sqrt_rad, "> 0");
   require(gyro_noise_per_sqrt_s > 0, "gyro_noise", gyro_noise_per_sqrt_s, "> 0");
+  require(slips.mean_m_per_m >= 0, "slips.mean", slips.mean_m_per_m, ">= 0");
+  require(slips.scatter_per_sqrt_m >= 0, "slips.scatter", slips.scatter_per_sqrt_m, ">= 0");
 }
 
 }  // namespace ceilmap::wheels

@@ -10,6 +10,16 @@ struct Uncertain {
   double sigma = 0;  ///< standard deviation, >= 0
 };
 
+/// Slips of the wheels: travel that they report and the robot does not make, or the reverse. They
+/// have no usual size; what is known of them is what the ceiling showed.
+struct SlipRate {
+  double mean_m_per_m = 0;        ///< their sum over a way, >= 0 ...
+  double scatter_per_sqrt_m = 0;  ///< ... and its standard deviation after one metre, m, >= 0
+
+  /// Variance of the position in each direction after a way of this length, m2.
+  [[nodiscard]] double Variance(double travel_m) const;
+};
+
 /// Errors of wheel odometry and of a gyro: those that stay the same, with their standard
 /// deviations, and the noise. The defaults suit a differential drive whose constants were measured
 /// with a ruler.
@@ -32,6 +42,8 @@ struct WheelModel {
   double yaw_noise_per_sqrt_rad = 0.02;
   /// Noise of the yaw by a gyro after one second, rad; it grows with the square root of the time.
   double gyro_noise_per_sqrt_s = 0.001;
+
+  SlipRate slips;
 
   /// @throws InputError naming field, value and range.
   void Validate() const;

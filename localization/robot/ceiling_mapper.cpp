@@ -80,6 +80,15 @@ struct CeilingMapper::Impl {
   registration::AnalyzedImage image;  // of the last frame
   cv::Mat buffer;                     // of a rectified image
   double rectify_ms = 0;
+
+  /// With what a codec took from it, which cannot be seen any more when it is rectified.
+  [[nodiscard]] Image AsTaken(const Image& up) const {
+    Image taken = up;
+    if (view.NeedsRectification()) {
+      taken.encoding = registration::WithLossOf(up.pixels, up.encoding);
+    }
+    return taken;
+  }
 };
 
 CeilingMapper::CeilingMapper(const std::optional<calib::Rig>& rig,
@@ -127,11 +136,11 @@ Estimate CeilingMapper::Map(const Frame& frame) {
 }
 
 Estimate CeilingMapper::AddCeiling(const Image& up) {
-  return Map(Measure(up));
+  return Map(Measure(impl_->AsTaken(up)));
 }
 
 std::optional<Estimate> CeilingMapper::AddCeilingPipelined(const Image& up) {
-  const std::optional<Frame> before = Exchange(up);
+  const std::optional<Frame> before = Exchange(impl_->AsTaken(up));
   if (!before) return std::nullopt;
   return Map(*before);
 }
@@ -144,7 +153,9 @@ std::optional<Estimate> CeilingMapper::Flush() {
 
 mapping::MappingResult CeilingMapper::Draw(const ProgressFunction& progress) {
   Impl& me = *impl_;
-  if (Sensed().wheels.fault != wheels::WheelFault::kNone) me.mapper->ForgetWheels();
+  const wheels::WheelsReport wheels = Sensed().wheels;
+  if (wheels.fault != wheels::WheelFault::kNone) me.mapper->ForgetWheels();
+  me.mapper->TakeSlips(wheels.model.slips);
   mapping::MappingResult result =
       me.extension
           ? me.extension->Finish(me.source, me.view, me.mapping, *me.mapper, *me.writer, progress)

@@ -46,8 +46,11 @@ std::vector<Tie> Ties(const MapGraph& graph) {
 
 Legs LegsOf(const MapGraph& graph) {
   std::unordered_set<std::int64_t> joined;  // keyframes that have a tie to the one before
+  std::unordered_set<std::int64_t> by_wheels;
   for (const Edge& edge : graph.edges) {
-    if (edge.kind != Edge::Kind::kLoopClosure && edge.to == edge.from + 1) joined.insert(edge.to);
+    if (edge.kind == Edge::Kind::kLoopClosure || edge.to != edge.from + 1) continue;
+    joined.insert(edge.to);
+    if (edge.kind == Edge::Kind::kWheels) by_wheels.insert(edge.to);
   }
   Legs legs;
   for (std::size_t i = 1; i < graph.keyframes.size(); ++i) {
@@ -57,9 +60,17 @@ Legs LegsOf(const MapGraph& graph) {
     legs[from.id] = {from.pose.T_map_base.Inverse() * to.pose.T_map_base,
                      to.id,
                      from.pose.frame_index,
-                     to.pose.frame_index};
+                     to.pose.frame_index,
+                     by_wheels.contains(to.id)};
   }
   return legs;
+}
+
+const Leg* LegOf(const Legs& legs, const FramePose& frame) {
+  const auto leg = legs.find(frame.keyframe_id);
+  if (leg == legs.end()) return nullptr;
+  const bool shares = !leg->second.by_wheels || frame.status == TrackingStatus::kPredicted;
+  return shares ? &leg->second : nullptr;
 }
 
 Pose2 Stretched(const Pose2& T_keyframe_frame,
@@ -90,12 +101,10 @@ void PlaceFrames(MapGraph& graph,
     FramePose& frame = graph.trajectory[i];
     const FramePose& keyframe = keyframes.at(frame.keyframe_id)->pose;
     Pose2 T_keyframe_frame = ties[i].T_keyframe_frame;
-    if (const auto leg = legs.find(frame.keyframe_id); leg != legs.end()) {
-      const Pose2& T_map_next = keyframes.at(leg->second.next_id)->pose.T_map_base;
-      T_keyframe_frame = Stretched(T_keyframe_frame,
-                                   frame.frame_index,
-                                   leg->second,
-                                   keyframe.T_map_base.Inverse() * T_map_next);
+    if (const Leg* const leg = LegOf(legs, frame)) {
+      const Pose2& T_map_next = keyframes.at(leg->next_id)->pose.T_map_base;
+      T_keyframe_frame = Stretched(
+          T_keyframe_frame, frame.frame_index, *leg, keyframe.T_map_base.Inverse() * T_map_next);
     }
     frame.T_map_base = keyframe.T_map_base * T_keyframe_frame;
     frame.covariance = ComposeCovariance(keyframe.T_map_base,

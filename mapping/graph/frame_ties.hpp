@@ -30,9 +30,13 @@ struct Leg {
   std::int64_t next_id = 0;
   std::int64_t first_frame = 0;  ///< frame indices of the two
   std::int64_t next_frame = 0;
+  bool by_wheels = false;  ///< the ceiling does not show all of it
 };
 using Legs = std::unordered_map<std::int64_t, Leg>;  ///< by keyframe
 Legs LegsOf(const MapGraph& graph);
+/// The leg of which a frame shares the corrections; nullptr: it moves with its keyframe. What the
+/// ceiling shows of a place before a dark stretch says nothing of the way through the dark.
+const Leg* LegOf(const Legs& legs, const FramePose& frame);
 
 /// The pose of a frame relative to its keyframe, after the next keyframe has moved: the frames
 /// between the two share the correction in proportion to the distance travelled.

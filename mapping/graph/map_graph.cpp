@@ -119,12 +119,12 @@ void MoveKeyframes(MapGraph& graph, const std::vector<Pose2>& poses) {
   const Legs legs = LegsOf(graph);
   for (FramePose& frame : graph.trajectory) {
     const Pose2& before = keyframes.at(frame.keyframe_id)->pose.T_map_base;
-    if (const auto leg = legs.find(frame.keyframe_id); leg != legs.end()) {
+    if (const Leg* const leg = LegOf(legs, frame)) {
       const Pose2& after = poses[static_cast<std::size_t>(frame.keyframe_id)];
-      const Pose2& next = poses[static_cast<std::size_t>(leg->second.next_id)];
+      const Pose2& next = poses[static_cast<std::size_t>(leg->next_id)];
       frame.T_map_base = before * Stretched(before.Inverse() * frame.T_map_base,
                                             frame.frame_index,
-                                            leg->second,
+                                            *leg,
                                             after.Inverse() * next);
     }
     move(frame, frame.keyframe_id, before);

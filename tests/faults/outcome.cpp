@@ -60,13 +60,21 @@ std::vector<Estimate> PosesOfStatus(const fs::path& file) {
 
 Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& shots) {
   const auto by_stamp = ByStamp(shots);
+  // A part of the map that is known to be uncertain must not move the others.
+  constexpr double kMinSigmaM = 0.005;
   std::vector<PointPair> pairs;
   for (const Estimate& estimate : estimates) {
     const Shot* const shot = ShotAt(by_stamp, estimate.stamp_s);
     if (shot == nullptr) continue;
-    pairs.push_back({shot->T_room_base.Translation(), estimate.T_map_base.Translation()});
+    const double variance_m2 =
+        0.5 * estimate.covariance.topLeftCorner<2, 2>().trace() + kMinSigmaM * kMinSigmaM;
+    pairs.push_back({shot->T_room_base.Translation(),
+                     estimate.T_map_base.Translation(),
+                     kMinSigmaM * kMinSigmaM / variance_m2});
   }
-  return pairs.empty() ? Pose2{} : evaluation::FitPlanarMotion(pairs);
+  if (pairs.empty()) return {};
+  const std::optional<PlanarFit> fit = FitPlane(pairs, false);
+  return fit ? fit->S_a_b.motion : evaluation::FitPlanarMotion(pairs);
 }
 
 // A pose at a stamp that no image has is as wrong as can be.

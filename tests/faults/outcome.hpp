@@ -54,7 +54,8 @@ std::vector<Estimate> PosesOfMap(const std::filesystem::path& map);
 /// The poses of a file of --status.
 std::vector<Estimate> PosesOfStatus(const std::filesystem::path& file);
 
-/// T_room_map, by least squares over the positions of the estimates.
+/// T_room_map, by least squares over the positions of the estimates, weighted by their stated
+/// variance (at least 5 mm): a part that is known to be uncertain must not move a sure one.
 Pose2 FitMap(const std::vector<Estimate>& estimates, const Recording& shots);
 /// Adds the estimates' errors to the outcome. A pose at a stamp that no image has is as wrong as
 /// can be.

@@ -21,6 +21,11 @@ Pose2 OnCircle(double stamp_s) {
                WrapAngle(kTurnRate * stamp_s)};
 }
 
+/// Noise of a gyro: no two values are the same.
+double Jitter(int sample) {
+  return sample % 2 == 0 ? 1e-6 : -1e-6;
+}
+
 WheelModel Exact() {
   WheelModel model;
   model.scale.sigma = 0;
@@ -79,10 +84,71 @@ TEST(DeadReckoning, TheGyroGivesTheTurn) {
   for (int i = 0; i <= 100; ++i) {
     wheels.Add(WheelSpeedSample{0.02 * i, {{kSpeed, 0}, 2 * kTurnRate}});
   }
-  for (int i = 0; i <= 200; ++i) wheels.Add(GyroSample{0.01 * i, kTurnRate + 0.03});
+  for (int i = 0; i <= 200; ++i) wheels.Add(GyroSample{0.01 * i, kTurnRate + 0.03 + Jitter(i)});
   const auto motion = wheels.Between(0.25, 1.75);
   ASSERT_TRUE(motion);
   ExpectNear(motion->T_before_now, OnCircle(0.25).Inverse() * OnCircle(1.75), 1e-3);
+}
+
+TEST(DeadReckoning, AGyroThatIsStuckMeasuresNoTurn) {
+  WheelModel model = Exact();
+  model.yaw_noise_per_sqrt_m = 0.02;
+  for (const double stuck_rad_s : {0.0, kTurnRate + 0.2}) {
+    DeadReckoning wheels(model);
+    for (int i = 0; i <= 200; ++i) {
+      wheels.Add(WheelSpeedSample{0.02 * i, {{kSpeed, 0}, kTurnRate}});
+    }
+    for (int i = 0; i <= 400; ++i) {
+      const bool stuck = i >= 100 && i < 300;
+      wheels.Add(GyroSample{0.01 * i, stuck ? stuck_rad_s : kTurnRate + Jitter(i)});
+    }
+    EXPECT_NEAR(wheels.StuckSeconds(), 1.99, 1e-9);
+    const auto by_gyro = wheels.Between(0.1, 0.9);
+    const auto by_wheels = wheels.Between(0.9, 3.1);
+    const auto again = wheels.Between(3.1, 3.9);
+    ASSERT_TRUE(by_gyro && by_wheels && again);
+    ExpectNear(by_wheels->T_before_now, OnCircle(0.9).Inverse() * OnCircle(3.1), 5e-3);
+    EXPECT_GT(by_wheels->Covariance()(2, 2), 1.9 * kSpeed * 0.02 * 0.02);
+    for (const auto& motion : {by_gyro, again}) {
+      EXPECT_NEAR(motion->Covariance()(2, 2),
+                  0.8 * model.gyro_noise_per_sqrt_s * model.gyro_noise_per_sqrt_s,
+                  1e-9);
+    }
+    EXPECT_TRUE(wheels.TurnBetween(1.5, 2)->may_slip);
+    EXPECT_FALSE(wheels.TurnBetween(3.5, 3.8)->may_slip);
+  }
+}
+
+// A driver may read a gyro more often than it measures.
+TEST(DeadReckoning, AGyroMayRepeatAValueForAMoment) {
+  DeadReckoning wheels(Exact());
+  for (int i = 0; i <= 100; ++i) wheels.Add(WheelSpeedSample{0.02 * i, {{kSpeed, 0}, 0}});
+  for (int i = 0; i <= 400; ++i) wheels.Add(GyroSample{0.005 * i, kTurnRate + Jitter(i / 10)});
+  EXPECT_EQ(wheels.StuckSeconds(), 0);
+  EXPECT_FALSE(wheels.TurnBetween(0.5, 1.5)->may_slip);
+}
+
+TEST(DeadReckoning, WithoutWheelsAGyroMayRepeatItsValue) {
+  DeadReckoning gyro(Exact());
+  for (int i = 0; i <= 100; ++i) gyro.Add(GyroSample{0.02 * i, 0});
+  EXPECT_TRUE(gyro.TurnBetween(0.5, 1.5));
+}
+
+TEST(DeadReckoning, SlipsThatWereSeenMayHappenAgain) {
+  WheelModel model = Exact();
+  const auto drive = [&] {
+    DeadReckoning wheels(model);
+    for (int i = 0; i <= 200; ++i) wheels.Add(WheelSpeedSample{0.02 * i, {{kSpeed, 0}, 0}});
+    return *wheels.Between(0.5, 3) * *wheels.Between(3, 3.5);
+  };
+  const Eigen::Matrix3d without = drive().Covariance();
+  model.slips = {0.1, 0.2};
+  const Eigen::Matrix3d with = drive().Covariance();
+  const double travel_m = 3 * kSpeed;
+  const double slips_m2 = std::pow(0.1 * travel_m, 2) + 0.2 * 0.2 * travel_m;
+  for (const int axis : {0, 1}) {
+    EXPECT_NEAR(with(axis, axis) - without(axis, axis), slips_m2, 1e-9);
+  }
 }
 
 TEST(DeadReckoning, TellsNothingAcrossAGap) {

@@ -19,6 +19,8 @@ struct Drive {
   double noise = 1;  // of what WheelModel states
   bool gyro = true;
   int seed = 1;
+  double slip_every_s = 0;  // 0: never
+  double slip_m = 0;        // reported besides the way, within 0.5 s
 
   static constexpr double kStepS = 0.005;
 
@@ -54,8 +56,12 @@ struct Drive {
       }
       at_image = PoseAt(image_s, from_s);
       const double length = mean.linear_m_s.x() * kStepS;
+      constexpr double kSlipS = 0.5;
+      const bool slips =
+          slip_every_s > 0 && std::fmod(stamp_s, slip_every_s) > slip_every_s - kSlipS;
       const double travel =
-          length + noise * model.travel_noise_per_sqrt_m * std::sqrt(length) * normal(random);
+          length + (slips ? slip_m * kStepS / kSlipS : 0) +
+          noise * model.travel_noise_per_sqrt_m * std::sqrt(length) * normal(random);
       const double yaw = mean.yaw_rad_s * kStepS +
                          noise * model.yaw_noise_per_sqrt_m * std::sqrt(length) * normal(random);
       reported =
@@ -129,6 +135,20 @@ TEST(WheelCalibrator, NoiseDoesNotBiasTheScales) {
   }
   EXPECT_NEAR(scale, 0, 1.2);
   EXPECT_NEAR(turn, 0, 1.2);
+}
+
+TEST(WheelCalibrator, MeasuresTheSlips) {
+  WheelCalibrator good;
+  Drive().Run(good);
+  EXPECT_EQ(good.Model().slips.Variance(1), 0);
+  WheelCalibrator slipping;
+  Drive{.slip_every_s = 10, .slip_m = 0.3}.Run(slipping);
+  const SlipRate& slips = slipping.Model().slips;
+  // Six of them on 36 m, and as if there had been one more.
+  EXPECT_NEAR(slips.mean_m_per_m, 7 * 0.3 / 37.8, 0.012);
+  EXPECT_NEAR(slips.scatter_per_sqrt_m, 0.3 * std::sqrt(7 / 37.8), 0.03);
+  EXPECT_EQ(slipping.Fault(), WheelFault::kNone);
+  EXPECT_NEAR(slipping.Model().scale.value, 1, 0.01);
 }
 
 TEST(WheelCalibrator, MeasuresTheNoise) {

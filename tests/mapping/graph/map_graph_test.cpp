@@ -264,7 +264,8 @@ TEST(MapGraph, MotionsAreScaledByTheirKeyframe) {
   }
 }
 
-TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
+/// Two keyframes that are 2 m apart, and frames of the first one.
+MapGraph TwoKeyframes(Edge::Kind kind) {
   MapGraph graph;
   for (int i = 0; i < 2; ++i) {
     Keyframe keyframe;
@@ -273,7 +274,7 @@ TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
     keyframe.pose.T_map_base = {2.0 * i, 0, 0};
     graph.keyframes.push_back(keyframe);
   }
-  graph.edges.push_back({0, 1, Edge::Kind::kOdometry, {2, 0, 0}, Eigen::Matrix3d::Identity()});
+  graph.edges.push_back({0, 1, kind, {2, 0, 0}, Eigen::Matrix3d::Identity()});
   for (const auto& [index, x] : {std::pair(2, 0.5), std::pair(9, 1.8), std::pair(12, 2.4)}) {
     FramePose frame;
     frame.frame_index = index;
@@ -281,6 +282,11 @@ TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
     frame.T_map_base = {x, 0, 0};
     graph.trajectory.push_back(frame);
   }
+  return graph;
+}
+
+TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
+  MapGraph graph = TwoKeyframes(Edge::Kind::kOdometry);
   MoveKeyframes(graph, {{0, 0, 0}, {2.2, -0.1, 0.02}});
   EXPECT_NEAR(graph.trajectory[0].T_map_base.x, 0.55, 1e-12);
   EXPECT_NEAR(graph.trajectory[0].T_map_base.y, -0.025, 1e-12);
@@ -288,6 +294,17 @@ TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
   EXPECT_NEAR(graph.trajectory[1].T_map_base.x, 1.98, 1e-12);
   // It was placed by the earlier keyframe alone, after the later one.
   EXPECT_NEAR(graph.trajectory[2].T_map_base.x, 2.4, 1e-12);
+}
+
+// The wheels slipped in the dark between the two keyframes: where the ceiling was seen before it,
+// nothing changes.
+TEST(MapGraph, FramesBeforeADarkWayKeepTheirPlace) {
+  MapGraph graph = TwoKeyframes(Edge::Kind::kWheels);
+  graph.trajectory[1].status = TrackingStatus::kPredicted;
+  MoveKeyframes(graph, {{0, 0, 0}, {2.2, -0.1, 0.02}});
+  EXPECT_NEAR(graph.trajectory[0].T_map_base.x, 0.5, 1e-12);
+  EXPECT_NEAR(graph.trajectory[0].T_map_base.y, 0, 1e-12);
+  EXPECT_NEAR(graph.trajectory[1].T_map_base.x, 1.98, 1e-12) << "by the wheels";
 }
 
 TEST(MapGraph, ChangingTheViewChangesNoImagesPlace) {
