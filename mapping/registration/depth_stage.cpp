@@ -41,6 +41,13 @@ constexpr double kMinMatchSupport = 4.2;
 constexpr double kMinMatchPeak = 0.08;
 constexpr double kMaxMatchSigmaPx = 0.5;
 
+// Residual of a block with full texture by the noise of the images, px; what exceeds it is mostly
+// shared by many blocks (README.md, "Covariance", "Depth").
+constexpr double kNoiseResidualPx = 0.1;
+// Variance of shared errors in units of that of independent blocks, where the residuals show little
+// else.
+constexpr double kSharedErrors = 4;
+
 // From this displacement of the reference plane on, pixels, the heights show which surface it is.
 constexpr double kMinTravelPx = 5;
 
@@ -54,6 +61,12 @@ PlaneCamera CameraOf(cv::Size size, const RegistrarParams& params) {
 /// Displacement of the reference plane between two level images, apart from the rotation.
 double TravelPx(const PlaneMotion& motion, const PlaneCamera& camera) {
   return camera.focal_px * std::hypot(motion.x, motion.y);
+}
+
+/// Covariance of a motion with the errors that blocks share.
+Eigen::Matrix<double, 6, 6> WithSharedErrors(const DepthFit& fit) {
+  const double noise = std::min(1.0, kNoiseResidualPx / fit.sigma_px);
+  return (1 + kSharedErrors * (1 - noise * noise)) * fit.spread;
 }
 
 }  // namespace
@@ -287,8 +300,7 @@ Registration DepthStage::Match(const FrameSpectrum::Data& reference,
   if (fit.content > 0) result.textured_peak = fit.support / fit.content;
   result.textured_inliers = TexturedInliers(fit);
   const double sigma = std::sqrt(OfImage(fit.motion, fit.spread).diagonal().head<2>().maxCoeff());
-  // As of independent blocks: README.md, "Covariance".
-  Eigen::Matrix<double, 6, 6> stated = fit.spread;
+  Eigen::Matrix<double, 6, 6> stated = WithSharedErrors(fit);
   const Eigen::Vector2d t(fit.motion.x, fit.motion.y);
   stated.topLeftCorner<2, 2>() += field.scale_sigma * field.scale_sigma * t * t.transpose();
   result.covariance = OfImage(fit.motion, stated);

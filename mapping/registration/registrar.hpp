@@ -39,8 +39,8 @@ struct Registration {
   ImageMotion motion;  ///< reference -> current; valid if ok(), and one of several if kAmbiguous
   /// Of (tx_px, ty_px, theta_rad, ln scale), along the axes of the current image, from the
   /// residuals of the fine stage, with the noise that blocks share and the error of interpolation;
-  /// of a ceiling with depth as if blocks were independent (README.md, "Covariance"). The scale's
-  /// row and column are zero when the scale is fixed at 1.
+  /// of a ceiling with depth by a factor for all that blocks share (README.md, "Covariance"). The
+  /// scale's row and column are zero when the scale is fixed at 1.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   double peak = 0;       ///< agreement of the images under the motion, 0..1
   double runner_up = 0;  ///< the same for the best different motion, 0..1
