@@ -324,18 +324,16 @@ graph::FramePose Mapper::Process(const registration::AnalyzedImage& rectified,
   Impl& me = *impl_;
   CheckHeading(context, frame_index);
   registration::AnalyzedImage level = rectified;
-  FrameContext drawn = context;
   if (!context.tilt.IsLevel()) {
     const StageTimer timer(me.report.rectify_ms);
     if (!me.level_view) me.level_view.emplace(me.view);
     me.level_view->Draw(rectified.pixels, context.tilt, me.levelled);
     level = {me.levelled, {}};
-    drawn.encoding = registration::WithLossOf(rectified.pixels, context.encoding);
   }
   OdometryStep step;
   {
     const StageTimer timer(me.report.register_ms);
-    step = me.odometry->Process(level.pixels, frame_index, stamp_s, drawn, level.spectrum);
+    step = me.odometry->Process(level.pixels, frame_index, stamp_s, context, level.spectrum);
   }
   me.bridges.Follow(graph::HasPose(step.pose.status), step.new_edges, context.wheels);
   me.KeepKeyframe(step);

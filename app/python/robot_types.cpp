@@ -255,6 +255,7 @@ py::dict ToDict(const robot::SensorsReport& report) {
     wheels["missing"] = report.wheels.missing;
     wheels["pieces"] = report.wheels.pieces;
     wheels["slips"] = report.wheels.slips;
+    wheels["gyro_stuck_s"] = report.wheels.gyro_stuck_s;
     wheels["used"] = report.wheels.fault == wheels::WheelFault::kNone;
     wheels["scale"] = report.wheels.model.scale.value;
     wheels["turn_scale"] = report.wheels.model.turn_scale.value;

@@ -99,6 +99,7 @@ nlohmann::ordered_json WheelQuality(const WheelsReport& wheels) {
           {"missing", wheels.missing},
           {"compared", wheels.pieces},
           {"slips", wheels.slips},
+          {"gyro_stuck_s", wheels.gyro_stuck_s},
           {"fault", wheels.fault == WheelFault::kNone ? "" : CauseOf(wheels)},
           {"scale", json(model.scale, 1)},
           {"turn_scale", json(model.turn_scale, 1)},
@@ -127,6 +128,11 @@ void AddWheelRows(const WheelsReport& wheels, const std::string& images, termina
   add("wheels late", model.late_s, before.late_s, kMsPerS, 1, "ms, against the images");
   add("gyro bias", model.gyro_bias_rad_s, before.gyro_bias_rad_s, kDegPerRad, 3, "deg/s");
   add("gyro late", model.gyro_late_s, before.gyro_late_s, kMsPerS, 1, "ms, against the images");
+  if (wheels.samples > 0 && wheels.gyro_stuck_s > 0) {
+    table.AddRow({"gyro stuck",
+                  fmt::format("{:.1f}", wheels.gyro_stuck_s),
+                  "s with one value exactly; there the wheels gave the turn"});
+  }
   if (wheels.slips > 0) {
     table.AddRow({"slips",
                   fmt::format("{}", wheels.slips),

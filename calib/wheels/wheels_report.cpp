@@ -7,6 +7,7 @@ WheelsReport::WheelsReport(const DeadReckoning& reckoning,
                            std::int64_t missing_frames)
     : samples(reckoning.Samples()),
       gyro(reckoning.HasGyro()),
+      gyro_stuck_s(reckoning.StuckSeconds()),
       missing(missing_frames),
       model(calibrator.Model()),
       pieces(calibrator.Pieces()),

@@ -17,6 +17,7 @@ struct WheelsReport {
 
   std::int64_t samples = 0;  ///< of the wheels
   bool gyro = false;
+  double gyro_stuck_s = 0;   ///< for how long the gyro repeated one value (DeadReckoning)
   std::int64_t missing = 0;  ///< frames whose motion the sensors do not tell
   /// As estimated in the run. What the drive did not show has the values and standard deviations
   /// of the rig, or the defaults.

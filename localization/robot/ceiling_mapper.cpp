@@ -80,15 +80,6 @@ struct CeilingMapper::Impl {
   registration::AnalyzedImage image;  // of the last frame
   cv::Mat buffer;                     // of a rectified image
   double rectify_ms = 0;
-
-  /// With what a codec took from it, which cannot be seen any more when it is rectified.
-  [[nodiscard]] Image AsTaken(const Image& up) const {
-    Image taken = up;
-    if (view.NeedsRectification()) {
-      taken.encoding = registration::WithLossOf(up.pixels, up.encoding);
-    }
-    return taken;
-  }
 };
 
 CeilingMapper::CeilingMapper(const std::optional<calib::Rig>& rig,
@@ -136,11 +127,11 @@ Estimate CeilingMapper::Map(const Frame& frame) {
 }
 
 Estimate CeilingMapper::AddCeiling(const Image& up) {
-  return Map(Measure(impl_->AsTaken(up)));
+  return Map(Measure(up));
 }
 
 std::optional<Estimate> CeilingMapper::AddCeilingPipelined(const Image& up) {
-  const std::optional<Frame> before = Exchange(impl_->AsTaken(up));
+  const std::optional<Frame> before = Exchange(up);
   if (!before) return std::nullopt;
   return Map(*before);
 }

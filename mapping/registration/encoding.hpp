@@ -1,6 +1,5 @@
 #pragma once
 
-#include <opencv2/core.hpp>
 #include <optional>
 
 namespace ceilmap::registration {
@@ -19,9 +18,5 @@ struct Encoding {
   /// noise; nothing: estimated in this one.
   std::optional<double> loss = std::nullopt;
 };
-
-/// The encoding of an image that will be drawn anew (rectified), with the loss of the image itself:
-/// drawing smooths its noise, as a codec does. @param grey  CV_8UC1, not yet drawn anew.
-Encoding WithLossOf(const cv::Mat& grey, const Encoding& encoding);
 
 }  // namespace ceilmap::registration

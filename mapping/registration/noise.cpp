@@ -5,9 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "mapping/registration/encoding.hpp"
-#include "mapping/registration/impulses.hpp"
-
 namespace ceilmap::registration {
 namespace {
 
@@ -72,14 +69,6 @@ bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool sa
 double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
   if (!CodecCounts(reference, current, same_recording)) return WhitePower(reference, current);
   return double{same_recording ? reference.coded : current.coded} * current.coded;
-}
-
-Encoding WithLossOf(const cv::Mat& grey, const Encoding& encoding) {
-  if (encoding.loss) return encoding;
-  cv::Mat buffer;
-  Encoding with_loss = encoding;
-  with_loss.loss = MakeNoise(EstimateNoise(WithoutImpulses(grey, buffer))).removed;
-  return with_loss;
 }
 
 }  // namespace ceilmap::registration

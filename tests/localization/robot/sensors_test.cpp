@@ -215,7 +215,8 @@ TEST(Sensors, SpeedsOfTheWheelsDoTheSame) {
 TEST(Sensors, AGyroGivesTheTurn) {
   WheeledRobot robot;
   (void)robot.Frame(0);
-  for (int i = 0; i < 50; ++i) robot.sensors.AddGyro({99.9 + 0.01 * i, -0.7});
+  // Without any noise it would be stuck.
+  for (int i = 0; i < 50; ++i) robot.sensors.AddGyro({99.9 + 0.01 * i, -0.7 + 1e-7 * (i % 2)});
   robot.AddPoses(99.9, 100.35);
   for (int i = 1; i < 4; ++i) WheeledRobot::ExpectStep(robot.Frame(i), -0.7);
   EXPECT_TRUE(robot.sensors.Sensed().wheels.gyro);

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <opencv2/imgproc.hpp>
-
-#include "mapping/registration/encoding.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::registration {
@@ -38,18 +35,6 @@ TEST(CodedNoise, IsLargerWhereACodecRemovedTheNoise) {
   EXPECT_FLOAT_EQ(MakeNoise(12).coded, 12);
   EXPECT_GT(MakeNoise(0.3F).coded, 3);
   EXPECT_GT(MakeNoise(0.3F).coded, MakeNoise(0.8F).coded);
-}
-
-TEST(CodedNoise, DrawingAnewIsNotACodec) {
-  const cv::Mat taken = SyntheticCeiling().Render(kNoiseSize, {}, 1.2);
-  cv::Mat drawn;
-  cv::blur(taken, drawn, {3, 3});
-  EXPECT_TRUE(MakeNoise(EstimateNoise(drawn)).IsEncoded());
-  EXPECT_EQ(WithLossOf(taken, {}).loss, 0);
-  Encoding known;
-  known.loss = 0.4;
-  EXPECT_EQ(WithLossOf(drawn, known).loss, 0.4);
-  EXPECT_GT(*WithLossOf(drawn, {}).loss, 0.3);
 }
 
 TEST(CodedNoise, OnlyOneImageWithoutNoiseIsNotACodec) {
