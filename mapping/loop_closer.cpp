@@ -88,7 +88,7 @@ struct LoopCloser::Impl {
   KeyframeHeadings headings;
   LruCache<cv::Mat> images;
   LruCache<FrameSpectrum> spectra;
-  std::unordered_map<std::int64_t, registration::Encoding> encodings;  // of the images as taken
+  std::unordered_map<std::int64_t, registration::Encoding> encodings;  // of all images
   std::unordered_map<std::int64_t, std::shared_ptr<const heights::HeightField>> heights;
   LoopCandidates candidates;
   LoopVerifier judge;
