@@ -47,11 +47,6 @@ constexpr double kCommonCodingErrors = 3;
 // level frames up to 4 degrees, with a standard deviation of a tenth of that.
 constexpr double kMaxCodingLoss = 0.5;
 
-// Where only one of two images has lost so much more of the sensor's noise, it is blurred by
-// motion: blocks agree at either end of the blur, some here and some there, which looks like a
-// tilt.
-constexpr double kBlurredLoss = 0.2;
-
 // Under a ceiling with depth matching is less exact, because a block may show several surfaces: the
 // limits that correspond to kMinInlierRatio, kMaxSigmaPx and kCeilingSystematicRad; ...
 constexpr double kMinInlierRatioDepth = 0.3;
@@ -256,9 +251,15 @@ void CeilingTracker::LearnHeights(const PlaneFit& fit) {
 
 std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (!HasReference()) return std::nullopt;
-  const auto [loss, larger_loss] =
-      std::minmax({reference_.spectrum.CodingLoss(), frame.image.spectrum.CodingLoss()});
-  if (loss > kMaxCodingLoss || larger_loss > loss + kBlurredLoss) return std::nullopt;
+  const double reference_loss = reference_.spectrum.CodingLoss();
+  const double frame_loss = frame.image.spectrum.CodingLoss();
+  const double loss = std::min(reference_loss, frame_loss);
+  // Where one of the images is blurred, blocks agree at either end of the blur, some here and some
+  // there, which looks like a tilt.
+  if (loss > kMaxCodingLoss || frame.image.spectrum.IsBlurredBeside(reference_loss) ||
+      reference_.spectrum.IsBlurredBeside(frame_loss)) {
+    return std::nullopt;
+  }
   PlaneFit fit = Fit(frame, ToMotion(Predict(frame.stamp_s)));
   const bool plane = reference_.spectrum.Heights() == nullptr;
   if (plane && !ShowsPlane(fit)) {

@@ -293,17 +293,6 @@ std::optional<MapMatch> MapMatcher::MatchNearInLight(
   return match;
 }
 
-/// Blocks of an image with motion blur agree jointly at either end of the blur, however many they
-/// are. It is less noisy than the others, and the motion leaves a part of it unexplained.
-bool MapMatcher::HidesItsMotion(const FrameSpectrum& patch,
-                                const FrameSpectrum& frame,
-                                const registration::ImageMotion& motion) {
-  constexpr double kBlurredLoss = 0.2;
-  constexpr double kMaxUnexplained = 1.9;  // nats
-  return frame.CodingLoss() > least_loss_ + kBlurredLoss &&
-         registrar_.Compare(patch, frame, motion).mean > kMaxUnexplained;
-}
-
 std::optional<MapMatch> MapMatcher::CorrectNear(const PoseWithCovariance& expected,
                                                 const FrameSpectrum& frame) {
   // The patch is drawn where the robot is expected: things below the ceiling stand where they do in
@@ -315,7 +304,11 @@ std::optional<MapMatch> MapMatcher::CorrectNear(const PoseWithCovariance& expect
   const Eigen::Matrix3d in_base = to_map.transpose() * expected.covariance * to_map;
   const Registration found =
       registrar_.CorrectJointly(at->spectrum, frame, {}, to_image * in_base * to_image.transpose());
-  if (!found.ok() || HidesItsMotion(at->spectrum, frame, found.motion)) return std::nullopt;
+  // Compared with the sharpest image: a patch of the map is less noisy than any.
+  if (!found.ok() || (frame.IsBlurredBeside(least_loss_) &&
+                      registrar_.IsHiddenByBlur(at->spectrum, frame, found.motion))) {
+    return std::nullopt;
+  }
   const Eigen::Matrix3d to_base = to_map * to_image.inverse();
   MapMatch match;
   match.pose.pose = expected.pose * mapping::BaseMotion(view_, found.motion);

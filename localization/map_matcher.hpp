@@ -112,9 +112,6 @@ class MapMatcher {
                                                    const PoseWithCovariance& expected) const;
   std::shared_ptr<const Patch> MatchExactly(const registration::FrameSpectrum& frame,
                                             std::optional<MapMatch>& match);
-  bool HidesItsMotion(const registration::FrameSpectrum& patch,
-                      const registration::FrameSpectrum& frame,
-                      const registration::ImageMotion& motion);
 
   const store::MapReader& map_;
   calib::MountedCamera up_;

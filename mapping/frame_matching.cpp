@@ -18,13 +18,6 @@ namespace {
 // depth had 0.5 and more, mostly 0.8; plain stretches up to 0.36, and 0.65 towards their border.
 constexpr double kMinTextured = 0.6;
 
-/// Whether an image lost so much more of the sensor's noise than another one that it is blurred. A
-/// codec takes about the same from all images.
-bool IsBlurred(const FrameSpectrum& sharp, const FrameSpectrum& spectrum) {
-  constexpr double kBlurred = 0.2;
-  return spectrum.CodingLoss() > sharp.CodingLoss() + kBlurred;
-}
-
 /// Where only the compass gives the orientation, the registration is first done without a prior. A
 /// single motion that fits is accepted; the compass is then taken to be disturbed.
 Registration MatchPlane(const RecentKeyframe& reference,
@@ -66,8 +59,9 @@ Registration MatchDepth(const RecentKeyframe& reference,
   // elsewhere in the image before. Cameras that saw depth had losses of 0 to 0.3; images in which
   // copies looked like depth, 0.37 and more.
   constexpr double kMaxLoss = 0.35;
-  const double loss = std::max(spectrum.CodingLoss(), reference.spectrum.CodingLoss());
-  if (IsBlurred(reference.spectrum, spectrum) || loss > kMaxLoss) return plane;
+  const double reference_loss = reference.spectrum.CodingLoss();
+  const double loss = std::max(spectrum.CodingLoss(), reference_loss);
+  if (spectrum.IsBlurredBeside(reference_loss) || loss > kMaxLoss) return plane;
   Registration deep =
       registrar.RegisterWithDepth(reference.spectrum,
                                   spectrum,
@@ -88,19 +82,8 @@ Registration MatchDepth(const RecentKeyframe& reference,
   return deep;
 }
 
-/// Where one of two images is blurred, their blocks agree jointly at either end of the blur, and
-/// the evidence for it grows with their number, not with its truth. How far the motion is off, the
-/// images show only by what it leaves unexplained: up to 2.2 px with a dissimilarity of 1.87, 10 px
-/// with 2.6.
-bool HidesItsMotion(const RecentKeyframe& reference,
-                    const FrameSpectrum& spectrum,
-                    const Registration& found,
-                    Registrar& registrar) {
-  constexpr double kMaxUnexplained = 1.9;  // nats
-  const bool one_blurred =
-      IsBlurred(reference.spectrum, spectrum) || IsBlurred(spectrum, reference.spectrum);
-  return one_blurred &&
-         registrar.Compare(reference.spectrum, spectrum, found.motion).mean > kMaxUnexplained;
+bool IsOneBlurred(const FrameSpectrum& one, const FrameSpectrum& other) {
+  return one.IsBlurredBeside(other.CodingLoss()) || other.IsBlurredBeside(one.CodingLoss());
 }
 
 /// Under plain plaster no block shows its motion alone, but all together do, near a predicted
@@ -114,7 +97,8 @@ Registration MatchJointly(const RecentKeyframe& reference,
   Registration joint = registrar.RegisterJointly(reference.spectrum, spectrum, prior);
   const double variance = joint.covariance.diagonal().head<2>().maxCoeff();
   if (joint.ok() && (variance > kMaxSigmaPx * kMaxSigmaPx ||
-                     HidesItsMotion(reference, spectrum, joint, registrar))) {
+                     (IsOneBlurred(reference.spectrum, spectrum) &&
+                      registrar.IsHiddenByBlur(reference.spectrum, spectrum, joint.motion)))) {
     joint.verdict = Verdict::kAmbiguous;
   }
   return joint;

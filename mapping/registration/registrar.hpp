@@ -129,6 +129,10 @@ class FrameSpectrum {
   /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1: the more, the
   /// larger the errors that remain in the image. 0 for an empty spectrum.
   [[nodiscard]] double CodingLoss() const;
+  /// The image lost so much more of the sensor's noise than a sharp one that it is blurred by
+  /// motion: a codec removes about the same from all images.
+  /// @param sharp_loss  CodingLoss of the sharp image.
+  [[nodiscard]] bool IsBlurredBeside(double sharp_loss) const;
   /// The codec was so coarse that the image consists mainly of parts of the images before.
   [[nodiscard]] bool IsDistorted() const;
   /// ... and it spent next to nothing on the images of the last seconds: they show the ceiling as
@@ -238,6 +242,14 @@ class Registrar {
   [[nodiscard]] Dissimilarity Compare(const FrameSpectrum& reference,
                                       const FrameSpectrum& current,
                                       const ImageMotion& motion);
+
+  /// Of a motion that the blocks found jointly, where one of the images is blurred by motion:
+  /// whether it may be off by much of the blur. The blocks agree at either end of the blur, and the
+  /// evidence for it grows with their number, not with its truth; but images leave more unexplained
+  /// under a wrong motion.
+  [[nodiscard]] bool IsHiddenByBlur(const FrameSpectrum& reference,
+                                    const FrameSpectrum& current,
+                                    const ImageMotion& motion);
 
   /// Part of the blocks of the image, 0..1, that show more than noise.
   [[nodiscard]] double TexturedRatio(const FrameSpectrum& spectrum);
