@@ -228,18 +228,35 @@ void ScaleMotions(MapGraph& graph,
     const auto found = factors.find(id);
     return found == factors.end() ? 1.0 : found->second;
   };
-  std::unordered_map<std::int64_t, Pose2> poses;
-  for (Keyframe& keyframe : graph.keyframes) {
-    poses[keyframe.id] = keyframe.pose.T_map_base;
+  const Legs legs = LegsOf(graph);
+  std::unordered_map<std::int64_t, Pose2> before;
+  Pose2 T_map_last;
+  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+    Keyframe& keyframe = graph.keyframes[i];
+    const Pose2 T_map_keyframe = keyframe.pose.T_map_base;
+    before[keyframe.id] = T_map_keyframe;
+    if (i > 0) {
+      const Keyframe& last = graph.keyframes[i - 1];
+      const auto leg = legs.find(last.id);
+      const bool measured = leg != legs.end() && !leg->second.by_wheels;
+      const double factor = measured ? factor_of(last.id) : 1;
+      keyframe.pose.T_map_base =
+          last.pose.T_map_base * Scaled(T_map_last.Inverse() * T_map_keyframe, factor, T_base_view);
+    }
+    T_map_last = T_map_keyframe;
     ScaleHeights(keyframe, factor_of(keyframe.id));
   }
+  const KeyframesById keyframes = ById(graph.keyframes);
   for (FramePose& frame : graph.trajectory) {
-    const auto keyframe = poses.find(frame.keyframe_id);
-    if (keyframe == poses.end()) continue;
+    const auto keyframe = before.find(frame.keyframe_id);
+    if (keyframe == before.end()) continue;
     const Pose2 T = keyframe->second.Inverse() * frame.T_map_base;
-    frame.T_map_base = keyframe->second * Scaled(T, factor_of(frame.keyframe_id), T_base_view);
+    frame.T_map_base = keyframes.at(frame.keyframe_id)->pose.T_map_base *
+                       Scaled(T, factor_of(frame.keyframe_id), T_base_view);
   }
-  for (Edge& edge : graph.edges) ScaleEdge(edge, factor_of(edge.from), T_base_view);
+  for (Edge& edge : graph.edges) {
+    if (edge.kind != Edge::Kind::kWheels) ScaleEdge(edge, factor_of(edge.from), T_base_view);
+  }
 }
 
 void MoveAll(MapGraph& graph, const Pose2& T_new_old) {

@@ -90,8 +90,10 @@ void MoveAll(MapGraph& graph, const Pose2& T_new_old);
 /// distances that are known.
 void Scale(MapGraph& graph, double factor, const Pose2& T_base_view);
 
-/// The same for the motions that were measured against each keyframe, and for its heights. Changes
-/// edges, and frames relative to their keyframe; keyframes stay until the graph is optimized.
+/// The same for the motions that were measured against each keyframe, and for its heights. What
+/// wheels measured stays. The first keyframe stays; each other one moves with the one before it, so
+/// that keyframes and frames remain at the same places between each other until the graph is
+/// optimized.
 /// @param factors  by keyframe id, > 0; keyframes without an entry stay as they are.
 void ScaleMotions(MapGraph& graph,
                   const std::unordered_map<std::int64_t, double>& factors,
