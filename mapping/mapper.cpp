@@ -188,7 +188,8 @@ void Mapper::Impl::KeepKeyframe(OdometryStep& step) {
 /// belong to the reference plane. Later ones correct their distance from the keyframe.
 void Mapper::Impl::CorrectScale(const OdometryStep& step) {
   if (step.registration.rescaled == 1) return;
-  const std::int64_t id = step.pose.keyframe_id;
+  // The frame itself may have become a keyframe.
+  const std::int64_t id = step.tie.from;
   const auto keyframe = std::find_if(graph.keyframes.rbegin(),
                                      graph.keyframes.rend(),
                                      [id](const auto& candidate) { return candidate.id == id; });
