@@ -183,6 +183,18 @@ std::optional<MapMatch> MapMatcher::MatchAt(const Patch& at,
   return MatchOf(at, found);
 }
 
+std::optional<MapMatch> MapMatcher::MatchFromBeside(const FrameSpectrum& frame,
+                                                    const PoseWithCovariance& expected,
+                                                    std::shared_ptr<const Patch>& at) {
+  constexpr double kBesideRatio = 0.06;  // of the span
+  const Pose2 beside = expected.pose * Pose2{kBesideRatio * span_, 0, 0};
+  const std::shared_ptr<const Patch> other = patches_->Exactly(beside);
+  if (!other) return std::nullopt;
+  std::optional<MapMatch> match = MatchAt(*other, frame, expected);
+  if (match) at = other;
+  return match;
+}
+
 /// @param found  with a valid motion. @return nothing where its scale cannot be that of the camera.
 std::optional<MapMatch> MapMatcher::MatchOf(const Patch& at, Registration found) const {
   MapMatch match;
@@ -215,6 +227,7 @@ std::shared_ptr<const Patch> MapMatcher::MatchExactly(const FrameSpectrum& frame
     std::shared_ptr<const Patch> at = patches_->Exactly(before.pose.pose);
     if (!at) break;
     match = MatchAt(*at, frame, before.pose);
+    if (!match) match = MatchFromBeside(frame, before.pose, at);
     constexpr double kSamePx = 4;
     if (match && (match->pose.pose.Translation() - before.pose.pose.Translation()).norm() <
                      kSamePx * view_.MetresPerPixel()) {

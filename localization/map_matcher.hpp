@@ -53,6 +53,13 @@ class MapMatcher {
   std::optional<MapMatch> MatchAt(const Patch& at,
                                   const registration::FrameSpectrum& frame,
                                   const std::optional<PoseWithCovariance>& expected);
+  /// The same with the map drawn as it is seen from a place beside the expected one, under a
+  /// ceiling with depth. Drawn from the robot's own place no block can be explained by its height,
+  /// and small distortions of the image (rolling shutter) exclude many.
+  /// @param at  receives the patch, where it is recognised.
+  std::optional<MapMatch> MatchFromBeside(const registration::FrameSpectrum& frame,
+                                          const PoseWithCovariance& expected,
+                                          std::shared_ptr<const Patch>& at);
   [[nodiscard]] registration::Verdict Verdict() const { return verdict_; }
   /// Matches a frame near a place, and compares it for weighing places (MapMatch::dissimilarity).
   /// Where the light is not known, in both lights; the better match is taken.

@@ -58,20 +58,6 @@ void Tracker::ChoosePatch(const PoseWithCovariance& expected) {
   draw(T_map_base);
 }
 
-/// Where the patch is drawn from the robot's own place, no block can be explained by its height,
-/// and small distortions of the image (rolling shutter) exclude many. From a place beside it they
-/// are not.
-std::optional<MapMatch> Tracker::MatchFromBeside(const FrameSpectrum& spectrum,
-                                                 const PoseWithCovariance& expected) {
-  constexpr double kBesideRatio = 0.06;  // of the span
-  const Pose2 beside = expected.pose * Pose2{kBesideRatio * matcher_.Span(), 0, 0};
-  const std::shared_ptr<const Patch> other = matcher_.Patches().Exactly(beside);
-  if (!other) return std::nullopt;
-  std::optional<MapMatch> match = matcher_.MatchAt(*other, spectrum, expected);
-  if (match) patch_ = other;
-  return match;
-}
-
 /// A heading that contradicts the motion model is disturbed (steel, a crowd) and is not used.
 void Tracker::TakeHeading(const HeadingPrior& yaw) {
   const PoseWithCovariance expected = motion_.Pose();
@@ -130,7 +116,9 @@ std::optional<Tracker::Candidate> Tracker::MatchAt(const PoseWithCovariance& exp
   ChoosePatch(expected);
   if (!patch_) return std::nullopt;
   std::optional<MapMatch> match = matcher_.MatchAt(*patch_, spectrum, expected);
-  if (!match && matcher_.HasDepth()) match = MatchFromBeside(spectrum, expected);
+  if (!match && matcher_.HasDepth()) {
+    match = matcher_.MatchFromBeside(spectrum, expected, patch_);
+  }
   if (!match) return std::nullopt;
   // Under equal tiles a robot that was carried sees its last place nearby: the tolerance is small.
   constexpr double kFloorPx = 2;

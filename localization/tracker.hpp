@@ -57,8 +57,6 @@ class Tracker {
     double sigmas = 0;  // between the match and the expected pose
   };
   void ChoosePatch(const PoseWithCovariance& expected);
-  std::optional<MapMatch> MatchFromBeside(const registration::FrameSpectrum& spectrum,
-                                          const PoseWithCovariance& expected);
   void TakeHeading(const HeadingPrior& yaw);
   [[nodiscard]] double InnovationSigma(const MapMatch& match,
                                        const PoseWithCovariance& expected) const;
