@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "mapping/registration/rivals.hpp"
 #include "tests/mapping/registration/registrar_fixture.hpp"
 
 namespace ceilmap::registration {
@@ -90,24 +91,20 @@ TEST_F(RegistrarEncodedTest, ARectifiedImageHasTheLossOfTheImageAsTaken) {
   EXPECT_NEAR(level.SmoothingLoss(), drawn.SmoothingLoss(), 1e-6);
 }
 
-// The images of the test above, as if drawing had smoothed them: agreement near the prediction is
-// not enough.
-TEST_F(RegistrarEncodedTest, ARectifiedImageNeedsTheEvidenceOfAnyOther) {
-  std::mt19937 random(4);
-  int encoded = 0;
-  int rectified = 0;
-  for (std::uint32_t seed = 1; seed <= 16; ++seed) {
-    const ImageMotion truth = SmallMotion(random);
-    const cv::Mat reference = Shot(seed, {});
-    const cv::Mat current = Shot(seed, truth);
-    encoded += Register(reference, current, PriorNear(truth, 7)).ok() ? 1 : 0;
-    const Encoding drawn{.loss_as_taken = 0};
-    const Registration r = registrar_.Register(registrar_.Analyze(reference, {}, drawn),
-                                               registrar_.Analyze(current, {}, drawn),
-                                               PriorNear(truth, 7));
-    rectified += IsFound(r, truth) ? 1 : 0;
-  }
-  EXPECT_LT(rectified, encoded);
+// Agreement near the prediction is enough for a codec's images only; being alike but for the errors
+// of drawing is enough for rectified ones too.
+TEST(ExpectedMotion, OfRectifiedImagesNeedsMoreThanAgreement) {
+  Finalist finalist;
+  finalist.determined = true;
+  finalist.total_agreement = 1.5;
+  finalist.result.inliers = 40;
+  finalist.result.blocks = 48;
+  finalist.result.motion = {30, -10, 0.1, 1};
+  const MotionPrior prior{{31, -10, 0.1, 1}, 6, 0.1};
+  EXPECT_TRUE(FindExpected({finalist}, prior, true));
+  EXPECT_FALSE(FindExpected({finalist}, prior, false));
+  finalist.alike_but_for_codec = true;
+  EXPECT_TRUE(FindExpected({finalist}, prior, false));
 }
 
 TEST_F(RegistrarEncodedTest, ACoarseImageOfFewBitsIsStarved) {
