@@ -290,7 +290,9 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   }
   if (reference_.spectrum.Heights() != nullptr) LearnHeights(fit);
   CeilingMotion motion = Describe(fit);
-  motion.covariance *= std::pow(1 + kCommonCodingErrors * loss, 2);
+  const double smoothing =
+      std::min(reference_.spectrum.SmoothingLoss(), frame.image.spectrum.SmoothingLoss());
+  motion.covariance *= std::pow(1 + kCommonCodingErrors * smoothing, 2);
   frame.T_reference_base = motion.T_reference_base;
   if (!last_ || last_->stamp_s < frame.stamp_s) before_ = last_;  // not measured again
   last_ = Moment{FromSpace(motion.T_reference_base), frame.stamp_s};

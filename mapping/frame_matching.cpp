@@ -97,8 +97,7 @@ Registration MatchJointly(const RecentKeyframe& reference,
   Registration joint = registrar.RegisterJointly(reference.spectrum, spectrum, prior);
   const double variance = joint.covariance.diagonal().head<2>().maxCoeff();
   if (joint.ok() && (variance > kMaxSigmaPx * kMaxSigmaPx ||
-                     (IsOneBlurred(reference.spectrum, spectrum) &&
-                      registrar.IsHiddenByBlur(reference.spectrum, spectrum, joint.motion)))) {
+                     IsHiddenByBlur(reference, spectrum, joint, registrar))) {
     joint.verdict = Verdict::kAmbiguous;
   }
   return joint;
@@ -181,6 +180,14 @@ Registration MatchFrame(const calib::CeilingView& view,
     found.verdict = Verdict::kNoTexture;
   }
   return found;
+}
+
+bool IsHiddenByBlur(const RecentKeyframe& reference,
+                    const FrameSpectrum& spectrum,
+                    const Registration& found,
+                    Registrar& registrar) {
+  return IsOneBlurred(reference.spectrum, spectrum) &&
+         registrar.IsHiddenByBlur(reference.spectrum, spectrum, found.motion);
 }
 
 }  // namespace ceilmap::mapping

@@ -18,4 +18,11 @@ registration::Registration MatchFrame(const calib::CeilingView& view,
                                       const std::optional<ExpectedPose>& expected,
                                       registration::Registrar& registrar);
 
+/// Whether one of the images is blurred by motion, so that blocks may agree at one end of the blur,
+/// and the motion that was found leaves much unexplained.
+bool IsHiddenByBlur(const RecentKeyframe& reference,
+                    const registration::FrameSpectrum& spectrum,
+                    const registration::Registration& found,
+                    registration::Registrar& registrar);
+
 }  // namespace ceilmap::mapping

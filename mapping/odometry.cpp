@@ -196,6 +196,11 @@ bool Odometry::Impl::TryReference(std::size_t index,
   const RecentKeyframe& reference = recent[index];
   step.registration = MatchFrame(view, reference, spectrum, expected, registrar);
   if (!step.registration.ok()) return false;
+  // After a loss the next frame would continue from an end of the blur.
+  if (!last && IsHiddenByBlur(reference, spectrum, step.registration, registrar)) {
+    step.registration.verdict = Verdict::kAmbiguous;
+    return false;
+  }
   edge = Measured(reference, step.registration, step.pose);
   Place(reference, edge, step.pose);
   const std::optional<int> accepted =

@@ -52,8 +52,12 @@ struct Sensors::Impl {
     const wheels::WheelModel model = rig->wheels.value_or(wheels::WheelModel{});
     reckoning = wheels::DeadReckoning(model, rig->axle_behind_mast_m);
     calibrator = wheels::WheelCalibrator(model);
-    if (rig->up && compensation::FlickerBands::Visible(rig->up->readout_time_s)) {
-      bands.emplace(calib::CeilingView(*rig->up, rig->ceiling_height_m), rig->up->readout_time_s);
+    if (rig->up) {
+      const calib::CeilingView view(*rig->up, rig->ceiling_height_m);
+      rectified = view.NeedsRectification();
+      if (compensation::FlickerBands::Visible(rig->up->readout_time_s)) {
+        bands.emplace(view, rig->up->readout_time_s);
+      }
     }
     if (params.measure_tilt) tilt.emplace(*rig, params.tilt);
     if (params.heading_model) {
@@ -67,6 +71,7 @@ struct Sensors::Impl {
   SensorsParams params;
   CameraStream forward;
   CameraStream omni;
+  bool rectified = false;                           // upward images are, before they are registered
   std::optional<compensation::FlickerBands> bands;  // nothing: all rows are exposed at once
   std::optional<compensation::TiltEstimator> tilt;
   std::unique_ptr<HeadingSource> by_camera;
@@ -103,6 +108,7 @@ Task Sensors::Impl::Prepare(const Image& up) {
   Task task;
   task.up = up;
   task.as_taken = up.pixels;
+  if (rectified) task.up.encoding.loss_as_taken = registration::LossAsTaken(up.pixels);
   if (bands) task.up.pixels = bands->Remove(up.pixels, up.stamp_s);
   task.velocity = velocity.At(up.stamp_s).value_or(Twist2{});
   task.forward = forward.Nearest(up.stamp_s);

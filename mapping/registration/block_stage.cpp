@@ -322,7 +322,7 @@ bool BlockStage::MeasureBlock(const Level& reference,
   shift.peak = peak.height;
   shift.content = wanted.content;
   shift.quality = peak.height * peak.height / (1.05 - peak.height * peak.height);
-  if (same_recording_ && reference.noise.IsEncoded() && current.noise.IsEncoded()) {
+  if (same_recording_ && reference.noise.IsSmooth() && current.noise.IsSmooth()) {
     shift.signal = peak.signal;
     shift.quality *= peak.signal;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <opencv2/core.hpp>
 #include <optional>
 
 namespace ceilmap::registration {
@@ -14,9 +15,16 @@ struct Encoding {
   /// coarse codec added next to nothing shows the ceiling as it was before. 0: unknown, or not a
   /// video.
   double pixel_rate_bit_s = 0;
-  /// FrameSpectrum::CodingLoss of the image from which this one was drawn anew, which smoothed its
-  /// noise; nothing: estimated in this one.
+  /// FrameSpectrum::SmoothingLoss of the image from which this one was drawn level, which smoothed
+  /// its noise; nothing: estimated in this one.
   std::optional<double> loss = std::nullopt;
+  /// FrameSpectrum::CodingLoss: that of the image as the camera took it, before it was rectified
+  /// (LossAsTaken); nothing: it is this image.
+  std::optional<double> loss_as_taken = std::nullopt;
 };
+
+/// Encoding::loss_as_taken of an image that will be rectified, which smooths its noise as a codec
+/// does. @param grey  CV_8UC1, as the camera took it.
+double LossAsTaken(const cv::Mat& grey);
 
 }  // namespace ceilmap::registration

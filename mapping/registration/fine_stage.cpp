@@ -291,9 +291,9 @@ bool FineStage::IsSound(const FrameSpectrum::Data& reference,
   if (agreed && by_blocks > params_.min_block_agreement) return true;
   Compare(reference, current, finalist);
   if (IsAlike(finalist, finalist.dissimilarity, agreed)) return true;
-  if (CodecCounts(reference.noise, current.noise, params_.same_recording)) {
+  if (SmoothingCounts(reference.noise, current.noise, params_.same_recording)) {
     const double noise_power =
-        CodedPower(reference.rough.noise, current.rough.noise, params_.same_recording);
+        CommonPower(reference.rough.noise, current.rough.noise, params_.same_recording);
     finalist.alike_but_for_codec =
         IsAlike(finalist, CompareRough(reference, current, r.motion, noise_power), agreed);
   }

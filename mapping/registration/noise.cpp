@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "mapping/registration/encoding.hpp"
+
 namespace ceilmap::registration {
 namespace {
 
@@ -18,7 +20,7 @@ constexpr float kCoarse = 0.45F;
 
 ImageNoise ImageNoise::Reduced(double factor) const {
   const auto divisor = static_cast<float>(factor);
-  return {white / divisor, coded / divisor, removed, predicted};
+  return {white / divisor, coded / divisor, removed, removed_as_taken, predicted};
 }
 
 float EstimateNoise(const cv::Mat& grey) {
@@ -54,7 +56,12 @@ float EstimateNoise(const cv::Mat& grey) {
 
 ImageNoise MakeNoise(float white, float sensor) {
   const float removed = std::max(0.0F, 1 - white / sensor);
-  return {white, std::hypot(white, kCodingNoise * removed), removed};
+  return {white, std::hypot(white, kCodingNoise * removed), removed, removed};
+}
+
+double LossAsTaken(const cv::Mat& grey) {
+  // The median is hardly changed by single white or black pixels: they need not be removed.
+  return MakeNoise(EstimateNoise(grey)).removed;
 }
 
 double WhitePower(const ImageNoise& a, const ImageNoise& b) {
@@ -63,12 +70,25 @@ double WhitePower(const ImageNoise& a, const ImageNoise& b) {
 
 bool CodecCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
   if (same_recording) return reference.IsEncoded() && current.IsEncoded();
+  return current.predicted && current.removed_as_taken > kCoarse;
+}
+
+bool SmoothingCounts(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
+  if (same_recording) return reference.IsSmooth() && current.IsSmooth();
   return current.predicted && current.removed > kCoarse;
 }
 
 double CodedPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
-  if (!CodecCounts(reference, current, same_recording)) return WhitePower(reference, current);
+  if (!SmoothingCounts(reference, current, same_recording)) return WhitePower(reference, current);
   return double{same_recording ? reference.coded : current.coded} * current.coded;
+}
+
+double CommonPower(const ImageNoise& reference, const ImageNoise& current, bool same_recording) {
+  if (!same_recording || CodecCounts(reference, current, same_recording)) {
+    return CodedPower(reference, current, same_recording);
+  }
+  const ImageNoise& sharper = reference.removed < current.removed ? reference : current;
+  return CodedPower(sharper, sharper, same_recording);
 }
 
 }  // namespace ceilmap::registration

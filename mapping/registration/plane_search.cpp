@@ -144,8 +144,9 @@ Registration PlaneSearch::Verify(FrameSpectrum::Data& reference,
   }
   Registration result = Choose(reference, current, finalists, prior);
   if (result.verdict == Verdict::kNoMatch && prior &&
-      CodecCounts(reference.noise, current.noise, params_.same_recording)) {
-    if (const auto expected = FindExpected(finalists, *prior)) result = *expected;
+      SmoothingCounts(reference.noise, current.noise, params_.same_recording)) {
+    const bool encoded = CodecCounts(reference.noise, current.noise, params_.same_recording);
+    if (const auto expected = FindExpected(finalists, *prior, encoded)) result = *expected;
   }
   for (const Candidate& c : candidates) {
     if (finalists.size() == 1 && Differ(c.motion, result.motion)) {

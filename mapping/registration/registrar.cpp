@@ -93,6 +93,9 @@ std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Analyze(const cv::Mat& gre
   const double sensor =
       encoding.loss ? white / std::max(1e-3, 1 - *encoding.loss) : double{kSensorNoise};
   data->noise = MakeNoise(white, static_cast<float>(sensor));
+  if (encoding.loss_as_taken) {
+    data->noise.removed_as_taken = static_cast<float>(*encoding.loss_as_taken);
+  }
   data->noise.predicted = encoding.predicted;
   data->pixel_rate_bit_s = encoding.pixel_rate_bit_s;
   coarse.Reduce(without_impulses, mask, data->working);
@@ -140,6 +143,10 @@ void Registrar::Check(const cv::Mat& grey, const cv::Mat& mask) const {
 }
 
 double FrameSpectrum::CodingLoss() const {
+  return data_ ? data_->noise.removed_as_taken : 0;
+}
+
+double FrameSpectrum::SmoothingLoss() const {
   return data_ ? data_->noise.removed : 0;
 }
 
@@ -171,7 +178,10 @@ bool FrameSpectrum::IsStarved() const {
 
 Encoding FrameSpectrum::GetEncoding() const {
   if (!data_) return {};
-  return {data_->noise.predicted, data_->pixel_rate_bit_s, data_->noise.removed};
+  return {data_->noise.predicted,
+          data_->pixel_rate_bit_s,
+          data_->noise.removed,
+          data_->noise.removed_as_taken};
 }
 
 FrameSpectrum Registrar::Analyze(const cv::Mat& grey,

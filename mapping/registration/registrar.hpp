@@ -126,9 +126,12 @@ class FrameSpectrum {
   /// The image has less noise than a camera's sensor: it was encoded at a low bitrate, or denoised.
   /// Parts of it may be copies of earlier images. False for an empty spectrum.
   [[nodiscard]] bool IsEncoded() const { return CodingLoss() > 0; }
-  /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1: the more, the
-  /// larger the errors that remain in the image. 0 for an empty spectrum.
+  /// Fraction of a sensor's white noise that a codec or a denoiser removed, 0..1, in the image as
+  /// the camera took it: the more, the less of it is the ceiling. 0 for an empty spectrum.
   [[nodiscard]] double CodingLoss() const;
+  /// The same of the image as it is: drawing it anew (rectified) smooths its noise too. The more,
+  /// the larger its errors at high spatial frequencies. At least CodingLoss, about.
+  [[nodiscard]] double SmoothingLoss() const;
   /// The image lost so much more of the sensor's noise than a sharp one that it is blurred by
   /// motion: a codec removes about the same from all images.
   /// @param sharp_loss  CodingLoss of the sharp image.

@@ -116,10 +116,11 @@ bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist
 }
 
 std::optional<Registration> FindExpected(const std::vector<Finalist>& finalists,
-                                         const MotionPrior& prior) {
+                                         const MotionPrior& prior,
+                                         bool encoded) {
   const Finalist* best = nullptr;
   for (const Finalist& f : finalists) {
-    const bool agrees = f.determined && (f.alike_but_for_codec || AgreesWeakly(f));
+    const bool agrees = f.determined && (f.alike_but_for_codec || (encoded && AgreesWeakly(f)));
     if (!agrees) continue;
     if (PriorDistance2(prior, f.result.motion) > kExpectedSigmas * kExpectedSigmas) continue;
     if (best == nullptr || f.agreement > best->agreement) best = &f;

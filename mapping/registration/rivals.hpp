@@ -29,10 +29,12 @@ double PriorDistance2(const MotionPrior& prior, const ImageMotion& motion);
 /// prior. @return whether the prior determines the choice.
 bool ChooseByPrior(const std::optional<MotionPrior>& prior, std::vector<Finalist>& rivals);
 
-/// For encoded images: the finalist that agrees best among those that the prior predicts, although
-/// its verdict is kNoMatch (mapping/registration/README.md, "Encoded images"); nothing where none
-/// agrees sufficiently.
+/// For encoded or rectified images (SmoothingCounts): the finalist that agrees best among those
+/// that the prior predicts, although its verdict is kNoMatch (mapping/registration/README.md,
+/// "Encoded images"); nothing where none agrees sufficiently. @param encoded  CodecCounts:
+/// agreement is sufficient; otherwise the images must be alike but for the errors of drawing.
 std::optional<Registration> FindExpected(const std::vector<Finalist>& finalists,
-                                         const MotionPrior& prior);
+                                         const MotionPrior& prior,
+                                         bool encoded);
 
 }  // namespace ceilmap::registration

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
+
+#include "mapping/registration/encoding.hpp"
 #include "tests/mapping/registration/synthetic_ceiling.hpp"
 
 namespace ceilmap::registration {
@@ -35,6 +38,28 @@ TEST(CodedNoise, IsLargerWhereACodecRemovedTheNoise) {
   EXPECT_FLOAT_EQ(MakeNoise(12).coded, 12);
   EXPECT_GT(MakeNoise(0.3F).coded, 3);
   EXPECT_GT(MakeNoise(0.3F).coded, MakeNoise(0.8F).coded);
+}
+
+// Rectified images of a recording that no codec touched; motion blur took the noise of the second.
+TEST(CodedNoise, DrawingIsNotACodec) {
+  ImageNoise drawn = MakeNoise(0.7F);
+  drawn.removed_as_taken = 0;
+  ImageNoise blurred = MakeNoise(0.3F);
+  EXPECT_FALSE(drawn.IsEncoded());
+  EXPECT_FALSE(CodecCounts(drawn, drawn, true));
+  EXPECT_FALSE(CodecCounts(drawn, blurred, true));
+  EXPECT_TRUE(SmoothingCounts(drawn, blurred, true)) << "drawing makes errors";
+  EXPECT_FLOAT_EQ(CodedPower(drawn, drawn, true), drawn.coded * drawn.coded);
+  EXPECT_FLOAT_EQ(CommonPower(drawn, blurred, true), drawn.coded * drawn.coded) << "not the blur";
+  EXPECT_FLOAT_EQ(CommonPower(blurred, blurred, true), blurred.coded * blurred.coded);
+}
+
+TEST(CodedNoise, TheLossAsTakenIsThatBeforeDrawing) {
+  const cv::Mat taken = SyntheticCeiling().Render(kNoiseSize, {}, 1.2);
+  cv::Mat drawn;
+  cv::blur(taken, drawn, {3, 3});
+  EXPECT_EQ(LossAsTaken(taken), 0);
+  EXPECT_GT(LossAsTaken(drawn), 0.3);
 }
 
 TEST(CodedNoise, OnlyOneImageWithoutNoiseIsNotACodec) {

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "mapping/registration/rivals.hpp"
 #include "tests/mapping/registration/registrar_fixture.hpp"
 
 namespace ceilmap::registration {
@@ -77,6 +78,33 @@ TEST_F(RegistrarEncodedTest, AnImageDrawnFromOneKeepsItsEncoding) {
       registrar_.Analyze(noisy, {}, taken.GetEncoding()).CodingLoss(), taken.CodingLoss(), 1e-6);
   EXPECT_FALSE(registrar_.Analyze(noisy).GetEncoding().predicted);
   EXPECT_FALSE(FrameSpectrum().GetEncoding().predicted);
+}
+
+TEST_F(RegistrarEncodedTest, ARectifiedImageHasTheLossOfTheImageAsTaken) {
+  const FrameSpectrum drawn = registrar_.Analyze(Shot(1, {}), {}, {.loss_as_taken = 0});
+  EXPECT_FALSE(drawn.IsEncoded());
+  EXPECT_FALSE(drawn.IsDistorted());
+  EXPECT_GT(drawn.SmoothingLoss(), 0.5);
+  const FrameSpectrum level =
+      registrar_.Analyze(SyntheticCeiling().Render(kSize, {}, 3), {}, drawn.GetEncoding());
+  EXPECT_EQ(level.CodingLoss(), 0);
+  EXPECT_NEAR(level.SmoothingLoss(), drawn.SmoothingLoss(), 1e-6);
+}
+
+// Agreement near the prediction is enough for a codec's images only; being alike but for the errors
+// of drawing is enough for rectified ones too.
+TEST(ExpectedMotion, OfRectifiedImagesNeedsMoreThanAgreement) {
+  Finalist finalist;
+  finalist.determined = true;
+  finalist.total_agreement = 1.5;
+  finalist.result.inliers = 40;
+  finalist.result.blocks = 48;
+  finalist.result.motion = {30, -10, 0.1, 1};
+  const MotionPrior prior{{31, -10, 0.1, 1}, 6, 0.1};
+  EXPECT_TRUE(FindExpected({finalist}, prior, true));
+  EXPECT_FALSE(FindExpected({finalist}, prior, false));
+  finalist.alike_but_for_codec = true;
+  EXPECT_TRUE(FindExpected({finalist}, prior, false));
 }
 
 TEST_F(RegistrarEncodedTest, ACoarseImageOfFewBitsIsStarved) {
