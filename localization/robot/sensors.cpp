@@ -11,6 +11,7 @@
 #include "localization/robot/gyro_heading.hpp"
 #include "localization/robot/omni_heading.hpp"
 #include "localization/robot/sample_heading.hpp"
+#include "mapping/registration/impulses.hpp"
 
 namespace ceilmap::robot {
 namespace {
@@ -71,14 +72,14 @@ struct Sensors::Impl {
   SensorsParams params;
   CameraStream forward;
   CameraStream omni;
-  bool rectified = false;                           // upward images are, before they are registered
   std::optional<compensation::FlickerBands> bands;  // nothing: all rows are exposed at once
   std::optional<compensation::TiltEstimator> tilt;
   std::unique_ptr<HeadingSource> by_camera;
-  bool by_colours = false;  // by_camera takes forward images, else mirror images
   std::unique_ptr<SampleHeading> samples;
   GyroHeading by_gyro;
-  bool by_turns = false;  // what the calibrator compared last: turns alone, or whole motions
+  bool rectified = false;   // upward images are, before they are registered
+  bool by_colours = false;  // by_camera takes forward images, else mirror images
+  bool by_turns = false;    // what the calibrator compared last: turns alone, or whole motions
   cv::Mat forward_grey;
   wheels::DeadReckoning reckoning;
   wheels::WheelCalibrator calibrator;
@@ -108,8 +109,13 @@ Task Sensors::Impl::Prepare(const Image& up) {
   Task task;
   task.up = up;
   task.as_taken = up.pixels;
-  if (rectified) task.up.encoding.loss_as_taken = registration::LossAsTaken(up.pixels);
-  if (bands) task.up.pixels = bands->Remove(up.pixels, up.stamp_s);
+  if (rectified && up.pixels.type() == CV_8UC1) {
+    // Rectification would spread single white and black pixels over their neighbours.
+    cv::Mat cleaned;
+    task.up.pixels = registration::WithoutImpulses(up.pixels, cleaned);
+    task.up.encoding.loss_as_taken = registration::LossAsTaken(task.up.pixels);
+  }
+  if (bands) task.up.pixels = bands->Remove(task.up.pixels, up.stamp_s);
   task.velocity = velocity.At(up.stamp_s).value_or(Twist2{});
   task.forward = forward.Nearest(up.stamp_s);
   task.omni = omni.Nearest(up.stamp_s);

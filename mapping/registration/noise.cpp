@@ -60,7 +60,6 @@ ImageNoise MakeNoise(float white, float sensor) {
 }
 
 double LossAsTaken(const cv::Mat& grey) {
-  // The median is hardly changed by single white or black pixels: they need not be removed.
   return MakeNoise(EstimateNoise(grey)).removed;
 }
 

@@ -96,6 +96,35 @@ TEST(Sensors, MeasureTheTiltOfEachFrameInBothWays) {
   }
 }
 
+TEST(Sensors, SinglePixelsAreRemovedBeforeAnImageIsRectified) {
+  const Drive drive;
+  calib::Rig rig = drive.rig;
+  rig.up->camera.distortion[0] = -0.05;
+  SensorsParams level;
+  level.measure_tilt = false;
+  TestedSensors sensors(rig, level);
+  cv::Mat salted = drive.up[0].clone();
+  cv::RNG random(1);
+  for (int i = 0; i < salted.rows * salted.cols / 50; ++i) {
+    salted.at<unsigned char>(random.uniform(0, salted.rows), random.uniform(0, salted.cols)) = 255;
+  }
+  const auto with_salt = sensors.Measure(ImageOf(salted, 0));
+  const auto clean = sensors.Measure(ImageOf(drive.up[1], 1));
+  const auto added = [&](const cv::Mat& image) {
+    return cv::countNonZero((image == 255) & (drive.up[0] < 200));
+  };
+  EXPECT_GT(added(salted), 1000);
+  EXPECT_LT(added(with_salt.up.pixels), 10);
+  EXPECT_EQ(clean.up.pixels.data, drive.up[1].data) << "shared, not copied";
+  ASSERT_TRUE(clean.up.encoding.loss_as_taken);
+  ASSERT_TRUE(with_salt.up.encoding.loss_as_taken);
+
+  TestedSensors pinhole(drive.rig, level);
+  const auto as_taken = pinhole.Measure(ImageOf(salted, 0));
+  EXPECT_EQ(as_taken.up.pixels.data, salted.data);
+  EXPECT_FALSE(as_taken.up.encoding.loss_as_taken);
+}
+
 TEST(Sensors, ColourImagesOfTheForwardCameraGiveTheSameTilt) {
   Drive drive;
   TestedSensors grey(drive.rig, {});
