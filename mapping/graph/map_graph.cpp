@@ -221,6 +221,34 @@ void Scale(MapGraph& graph, double factor, const Pose2& T_base_view) {
   for (Edge& edge : graph.edges) ScaleEdge(edge, factor, T_base_view);
 }
 
+namespace {
+
+/// Moves each keyframe with the one before it, whose way to it grows by a factor where the camera
+/// measured it. @return the poses before, by id.
+template <typename FactorOf>
+std::unordered_map<std::int64_t, Pose2> ScaleWays(MapGraph& graph,
+                                                  const FactorOf& factor_of,
+                                                  const Pose2& T_base_view) {
+  const Legs legs = LegsOf(graph);
+  std::unordered_map<std::int64_t, Pose2> before;
+  const Keyframe* last = nullptr;
+  for (Keyframe& keyframe : graph.keyframes) {
+    Pose2& T_map_keyframe = keyframe.pose.T_map_base;
+    before[keyframe.id] = T_map_keyframe;
+    if (last != nullptr) {
+      const auto leg = legs.find(last->id);
+      const bool measured = leg != legs.end() && !leg->second.by_wheels;
+      const Pose2 T_last_keyframe = before.at(last->id).Inverse() * T_map_keyframe;
+      T_map_keyframe = last->pose.T_map_base *
+                       Scaled(T_last_keyframe, measured ? factor_of(last->id) : 1, T_base_view);
+    }
+    last = &keyframe;
+  }
+  return before;
+}
+
+}  // namespace
+
 void ScaleMotions(MapGraph& graph,
                   const std::unordered_map<std::int64_t, double>& factors,
                   const Pose2& T_base_view) {
@@ -228,31 +256,17 @@ void ScaleMotions(MapGraph& graph,
     const auto found = factors.find(id);
     return found == factors.end() ? 1.0 : found->second;
   };
-  const Legs legs = LegsOf(graph);
-  std::unordered_map<std::int64_t, Pose2> before;
-  Pose2 T_map_last;
-  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
-    Keyframe& keyframe = graph.keyframes[i];
-    const Pose2 T_map_keyframe = keyframe.pose.T_map_base;
-    before[keyframe.id] = T_map_keyframe;
-    if (i > 0) {
-      const Keyframe& last = graph.keyframes[i - 1];
-      const auto leg = legs.find(last.id);
-      const bool measured = leg != legs.end() && !leg->second.by_wheels;
-      const double factor = measured ? factor_of(last.id) : 1;
-      keyframe.pose.T_map_base =
-          last.pose.T_map_base * Scaled(T_map_last.Inverse() * T_map_keyframe, factor, T_base_view);
-    }
-    T_map_last = T_map_keyframe;
-    ScaleHeights(keyframe, factor_of(keyframe.id));
-  }
+  const auto before = ScaleWays(graph, factor_of, T_base_view);
+  for (Keyframe& keyframe : graph.keyframes) ScaleHeights(keyframe, factor_of(keyframe.id));
   const KeyframesById keyframes = ById(graph.keyframes);
   for (FramePose& frame : graph.trajectory) {
-    const auto keyframe = before.find(frame.keyframe_id);
-    if (keyframe == before.end()) continue;
-    const Pose2 T = keyframe->second.Inverse() * frame.T_map_base;
-    frame.T_map_base = keyframes.at(frame.keyframe_id)->pose.T_map_base *
-                       Scaled(T, factor_of(frame.keyframe_id), T_base_view);
+    const auto keyframe = keyframes.find(frame.keyframe_id);
+    if (keyframe == keyframes.end()) continue;
+    const bool by_wheels = frame.status == TrackingStatus::kPredicted;
+    const Pose2 T_keyframe_frame = before.at(frame.keyframe_id).Inverse() * frame.T_map_base;
+    frame.T_map_base =
+        keyframe->second->pose.T_map_base *
+        Scaled(T_keyframe_frame, by_wheels ? 1 : factor_of(frame.keyframe_id), T_base_view);
   }
   for (Edge& edge : graph.edges) {
     if (edge.kind != Edge::Kind::kWheels) ScaleEdge(edge, factor_of(edge.from), T_base_view);

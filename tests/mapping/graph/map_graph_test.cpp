@@ -251,6 +251,16 @@ TEST(MapGraph, MotionsAreScaledByTheirKeyframe) {
                 circle.graph.edges[i].information(0, 0),
                 1e-6);
   }
+  for (std::size_t i = 0; i < scaled.trajectory.size(); ++i) {
+    const auto id = static_cast<std::size_t>(scaled.trajectory[i].keyframe_id);
+    const auto of_view = [&](const MapGraph& graph) {
+      return T_base_view.Inverse() * graph.keyframes[id].pose.T_map_base.Inverse() *
+             graph.trajectory[i].T_map_base * T_base_view;
+    };
+    const double factor = id == 2 ? 1.25 : 1;
+    EXPECT_NEAR(of_view(scaled).x, factor * of_view(circle.graph).x, 1e-9) << i;
+    EXPECT_NEAR(of_view(scaled).y, factor * of_view(circle.graph).y, 1e-9) << i;
+  }
   const auto to_next = [](const MapGraph& graph) {
     return graph.keyframes[2].pose.T_map_base.Inverse() * graph.keyframes[3].pose.T_map_base;
   };
@@ -260,22 +270,29 @@ TEST(MapGraph, MotionsAreScaledByTheirKeyframe) {
   EXPECT_NEAR(longer.y, 1.25 * way.y, 1e-12);
 }
 
-TEST(MapGraph, ScaledFramesStayBetweenTheirKeyframesWhenTheGraphIsOptimized) {
-  // A straight drive whose camera measured 0.8 of all ways.
+/// Keyframes in a line, each ten frames and a step, m, from the one before.
+MapGraph StraightKeyframes(int count, double step) {
   MapGraph graph;
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < count; ++i) {
     Keyframe keyframe;
     keyframe.id = keyframe.pose.keyframe_id = i;
     keyframe.pose.frame_index = 10 * i;
-    keyframe.pose.T_map_base = {0.8 * i, 0, 0};
+    keyframe.pose.T_map_base = {step * i, 0, 0};
     graph.keyframes.push_back(keyframe);
-    if (i > 0) {
-      Edge edge;
-      edge.from = i - 1;
-      edge.to = i;
-      edge.T_from_to = {0.8, 0, 0};
-      edge.information = 1e4 * Eigen::Matrix3d::Identity();
-      graph.edges.push_back(edge);
+  }
+  return graph;
+}
+
+TEST(MapGraph, ScaledFramesStayBetweenTheirKeyframesWhenTheGraphIsOptimized) {
+  // The camera measured 0.8 of all ways.
+  MapGraph graph = StraightKeyframes(5, 0.8);
+  for (const Keyframe& keyframe : graph.keyframes) {
+    if (keyframe.id > 0) {
+      graph.edges.push_back({keyframe.id - 1,
+                             keyframe.id,
+                             Edge::Kind::kOdometry,
+                             {0.8, 0, 0},
+                             1e4 * Eigen::Matrix3d::Identity()});
     }
     for (int f = 0; f < 10; ++f) {
       FramePose frame = keyframe.pose;
@@ -295,14 +312,7 @@ TEST(MapGraph, ScaledFramesStayBetweenTheirKeyframesWhenTheGraphIsOptimized) {
 
 /// Two keyframes that are 2 m apart, and frames of the first one.
 MapGraph TwoKeyframes(Edge::Kind kind) {
-  MapGraph graph;
-  for (int i = 0; i < 2; ++i) {
-    Keyframe keyframe;
-    keyframe.id = keyframe.pose.keyframe_id = i;
-    keyframe.pose.frame_index = 10 * i;
-    keyframe.pose.T_map_base = {2.0 * i, 0, 0};
-    graph.keyframes.push_back(keyframe);
-  }
+  MapGraph graph = StraightKeyframes(2, 2);
   graph.edges.push_back({0, 1, kind, {2, 0, 0}, Eigen::Matrix3d::Identity()});
   for (const auto& [index, x] : {std::pair(2, 0.5), std::pair(9, 1.8), std::pair(12, 2.4)}) {
     FramePose frame;
@@ -312,6 +322,20 @@ MapGraph TwoKeyframes(Edge::Kind kind) {
     graph.trajectory.push_back(frame);
   }
   return graph;
+}
+
+TEST(MapGraph, WhatWheelsMeasuredIsNotScaled) {
+  for (const auto kind : {Edge::Kind::kWheels, Edge::Kind::kOdometry}) {
+    MapGraph graph = TwoKeyframes(kind);
+    graph.trajectory[0].status = TrackingStatus::kTracking;
+    graph.trajectory[1].status = TrackingStatus::kPredicted;
+    ScaleMotions(graph, {{0, 1.1}}, {});
+    const double expected = kind == Edge::Kind::kWheels ? 2 : 2.2;
+    EXPECT_NEAR(graph.edges[0].T_from_to.x, expected, 1e-12);
+    EXPECT_NEAR(graph.keyframes[1].pose.T_map_base.x, expected, 1e-12);
+    EXPECT_NEAR(graph.trajectory[0].T_map_base.x, 0.55, 1e-12) << "seen by the camera";
+    EXPECT_NEAR(graph.trajectory[1].T_map_base.x, 1.8, 1e-12) << "by wheels";
+  }
 }
 
 TEST(MapGraph, FramesBetweenTwoKeyframesShareTheCorrection) {
