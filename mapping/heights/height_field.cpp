@@ -20,8 +20,11 @@ constexpr double kLargeArea = 0.07;
 // largest.
 constexpr double kSurface = 0.01;
 constexpr double kComparable = 0.85;
-// The same with very many cells, and how many these are.
+// The same with very many cells, and how many these are. Their errors let neighbouring surfaces run
+// into one another (a deck, the frames of its skylights 1 % nearer): the farthest is found by the
+// far flank of all.
 constexpr double kFineSurface = 0.004;
+constexpr double kFineComparable = 0.75;
 constexpr double kManyCells = 5000;
 constexpr double kFar = 0.5;  // range of rho in which the reference plane is searched
 constexpr double kNear = 3.0;
@@ -164,8 +167,9 @@ std::optional<double> FindReference(const std::vector<HeightCell>& cells) {
     most = 0;
     for (int bin = from; bin < to; ++bin) most = std::max(most, histogram.Within(bin, half));
     surface = from;
-    while (histogram.Within(surface, half) < kComparable * most) ++surface;
-    while (surface + 1 < Histogram::Bins() &&
+    while (histogram.Within(surface, half) < kFineComparable * most) ++surface;
+    const int last = std::min(Histogram::Bins() - 1, surface + Histogram::BinsOf(half, surface));
+    while (surface < last &&
            histogram.Within(surface + 1, half) > histogram.Within(surface, half)) {
       ++surface;
     }

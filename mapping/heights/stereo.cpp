@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace ceilmap::heights {
@@ -21,7 +22,6 @@ constexpr float kNearest = 3.0F;
 
 // Estimates of one point by several partners agree within this part of rho.
 constexpr float kAgree = 0.02F;
-constexpr double kDisparitySigmaPx = 0.25;  // reduced pixels
 constexpr float kMinSigma = 0.004F;
 // A height that only one of several partners shows is not used; one of a single partner is less
 // certain.
@@ -84,7 +84,68 @@ cv::Mat Warp(const cv::Mat& image, const cv::Matx23d& turn, cv::Size size) {
   return turned;
 }
 
-/// rho of the reference's reduced pixels by one partner, CV_32FC1; 0: not found.
+/// Disparities of pixels and their standard deviations, CV_32FC1.
+struct Disparities {
+  cv::Mat pixels;
+  cv::Mat sigma;
+};
+
+/// Disparities by least squares of the grey levels around each pixel (Lucas and Kanade, 1981, along
+/// the rows). Those of semi-global matching are drawn towards whole pixels by up to 0.15 px: their
+/// cost compares samples (Birchfield and Tomasi, 1998), which is 0.3 % of a height.
+/// @param found  CV_8UC1, not 0 where there is a disparity.
+Disparities Refine(const cv::Mat& left,
+                   const cv::Mat& right,
+                   const cv::Mat& disparities,
+                   const cv::Mat& found) {
+  constexpr int kRounds = 2;
+  constexpr int kBox = 7;
+  constexpr double kMaxStep = 0.5;
+  // Variances of what ForStereo returns: of a gradient that is noise alone, of the least noise.
+  constexpr double kFlat = 4;
+  constexpr double kRounding = 1;
+  cv::Mat columns(left.size(), CV_32F);
+  cv::Mat rows(left.size(), CV_32F);
+  for (int v = 0; v < left.rows; ++v) {
+    for (int u = 0; u < left.cols; ++u) {
+      columns.at<float>(v, u) = static_cast<float>(u);
+      rows.at<float>(v, u) = static_cast<float>(v);
+    }
+  }
+  cv::Mat known;
+  found.convertTo(known, CV_32F, 1.0 / 255);
+  const auto mean = [](const cv::Mat& values) {
+    cv::Mat result;
+    cv::boxFilter(values, result, CV_32F, {kBox, kBox});
+    return result;
+  };
+  Disparities result{disparities.clone(), {}};
+  cv::Mat seen;
+  cv::Mat sum;
+  cv::Mat difference;
+  cv::Mat gradient;  // of the mean of both
+  cv::Mat squares;
+  for (int round = 0; round < kRounds; ++round) {
+    cv::remap(right, seen, columns - result.pixels, rows, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    cv::add(left, seen, sum, {}, CV_32F);
+    cv::subtract(left, seen, difference, {}, CV_32F);
+    cv::Sobel(sum, gradient, CV_32F, 1, 0, 1, 0.25);
+    const cv::Mat counted = known.mul(gradient);
+    squares = mean(counted.mul(gradient)) + kFlat;
+    cv::Mat step = -mean(counted.mul(difference)) / squares;
+    cv::min(step, kMaxStep, step);
+    cv::max(step, -kMaxStep, step);
+    result.pixels += step;
+  }
+  // The noise of both images has a gradient too, whose variance is an eighth of the difference's.
+  const cv::Mat noise = mean(known.mul(difference).mul(difference)) + kRounding;
+  cv::sqrt(noise / cv::max(squares - noise / 8, kFlat), result.sigma);
+  result.sigma /= kBox;
+  return result;
+}
+
+/// rho of the reference's reduced pixels by one partner, and its standard deviation: CV_32FC2; 0:
+/// not found.
 /// @param principal  reduced pixel.
 cv::Mat MatchPair(const cv::Mat& reference,
                   const StereoPartner& partner,
@@ -124,11 +185,15 @@ cv::Mat MatchPair(const cv::Mat& reference,
                                               kSpecklePixels,
                                               1,
                                               cv::StereoSGBM::MODE_SGBM_3WAY);
-  cv::Mat disparities;  // sixteenths of a pixel
-  matcher->compute(left, right, disparities);
+  cv::Mat sixteenths;
+  matcher->compute(left, right, sixteenths);
+  const cv::Mat found = sixteenths >= kSixteenths * least;
+  cv::Mat disparities;
+  sixteenths.convertTo(disparities, CV_32F, 1.0 / kSixteenths);
+  const Disparities refined = Refine(left, right, disparities, found);
   cv::Mat ratios;
-  disparities.convertTo(ratios, CV_32F, 1 / (kSixteenths * baseline));
-  ratios.setTo(0, disparities < kSixteenths * least);
+  cv::merge(std::vector<cv::Mat>{refined.pixels / baseline, refined.sigma / baseline}, ratios);
+  ratios.setTo(cv::Scalar::all(0), ~found);
   cv::Mat result;
   cv::warpAffine(ratios,
                  result,
@@ -140,58 +205,78 @@ cv::Mat MatchPair(const cv::Mat& reference,
   return result;
 }
 
-/// The ratio on which most estimates of one point agree; 0: none. @param values  sorted here.
-float Agreed(std::vector<float>& values, std::size_t needed) {
-  std::sort(values.begin(), values.end());
+/// Weighted mean of the estimates of one point on which most agree; kUnknown: none.
+/// @param values  sorted here.
+HeightCell Agreed(std::vector<HeightCell>& values, std::size_t needed) {
+  std::sort(values.begin(), values.end(), [](const HeightCell& a, const HeightCell& b) {
+    return a.rho < b.rho;
+  });
   std::size_t best = 0;
   std::size_t best_count = 0;
   std::size_t end = 0;
   for (std::size_t first = 0; first < values.size(); ++first) {
-    while (end < values.size() && values[end] <= (1 + kAgree) * values[first]) ++end;
+    while (end < values.size() && values[end].rho <= (1 + kAgree) * values[first].rho) ++end;
     if (end - first <= best_count) continue;
     best = first;
     best_count = end - first;
   }
-  return best_count >= needed ? values[best + best_count / 2] : 0;
+  if (best_count < needed) return kUnknown;
+  float sum = 0;
+  float weights = 0;
+  for (std::size_t i = best; i < best + best_count; ++i) {
+    const float weight = 1 / (values[i].sigma * values[i].sigma);
+    sum += weight * values[i].rho;
+    weights += weight;
+  }
+  return {sum / weights, 1 / std::sqrt(weights)};
 }
 
-/// One map of ratios of those by all partners, CV_32FC1; 0: not known.
+/// One map of ratios of those by all partners.
 cv::Mat Merge(const std::vector<cv::Mat>& by_partner) {
   if (by_partner.size() == 1) return by_partner.front();
-  cv::Mat merged(by_partner.front().size(), CV_32FC1);
-  std::vector<float> values;
+  cv::Mat merged(by_partner.front().size(), CV_32FC2);
+  std::vector<HeightCell> values;
   for (int v = 0; v < merged.rows; ++v) {
     for (int u = 0; u < merged.cols; ++u) {
       values.clear();
       for (const cv::Mat& ratios : by_partner) {
-        if (ratios.at<float>(v, u) > 0) values.push_back(ratios.at<float>(v, u));
+        const auto& seen = ratios.at<cv::Vec2f>(v, u);
+        if (seen[0] > 0) values.push_back({seen[0], seen[1]});
       }
-      merged.at<float>(v, u) = Agreed(values, 2);
+      const HeightCell agreed = Agreed(values, 2);
+      merged.at<cv::Vec2f>(v, u) = {agreed.sigma < kUnknown.sigma ? agreed.rho : 0.F, agreed.sigma};
     }
   }
   return merged;
 }
 
 /// Cells from the pixels around their centres. Where there is nothing, kUnknown.
-void FillCells(const cv::Mat& ratios, float pixel_sigma, HeightField& field) {
+void FillCells(const cv::Mat& ratios, float common_sigma, HeightField& field) {
   constexpr std::size_t kEnough = kCellPixels * kCellPixels / 2;
   std::vector<float> values;
+  std::vector<float> sigmas;
   for (int row = 0; row < field.grid.height; ++row) {
     for (int col = 0; col < field.grid.width; ++col) {
       values.clear();
+      sigmas.clear();
       for (int v = row * kCellPixels; v < (row + 1) * kCellPixels; ++v) {
         for (int u = col * kCellPixels; u < (col + 1) * kCellPixels; ++u) {
-          if (ratios.at<float>(v, u) > 0) values.push_back(ratios.at<float>(v, u));
+          const auto& seen = ratios.at<cv::Vec2f>(v, u);
+          if (!(seen[0] > 0)) continue;
+          values.push_back(seen[0]);
+          sigmas.push_back(seen[1]);
         }
       }
       if (values.size() < kEnough) continue;
       std::sort(values.begin(), values.end());
+      std::sort(sigmas.begin(), sigmas.end());
       const float middle = values[values.size() / 2];
       const float spread =
           values[values.size() - 1 - values.size() / 6] - values[values.size() / 6];
+      const float sigma = std::hypot(common_sigma, sigmas[sigmas.size() / 2], 0.5F * spread);
       const auto cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(field.grid.width) +
                         static_cast<std::size_t>(col);
-      field.cells[cell] = {middle, std::max(kMinSigma, std::hypot(pixel_sigma, 0.5F * spread))};
+      field.cells[cell] = {middle, std::max(kMinSigma, sigma)};
     }
   }
 }
@@ -211,14 +296,11 @@ HeightField MeasureByStereo(const StereoReference& reference,
       centre + reference.principal_px / static_cast<double>(kReduction);
   const Range range = RangeOf(known);
   std::vector<cv::Mat> by_partner;
-  double baselines = 0;
   for (const StereoPartner& partner : partners) {
     by_partner.push_back(MatchPair(reference.image, partner, principal, range));
-    baselines += partner.shift_px.norm() / kReduction;
   }
-  const double baseline = baselines / static_cast<double>(partners.size());
   cv::Mat ratios = Merge(by_partner);
-  if (!reference.mask.empty()) ratios.setTo(0, Reduced(reference.mask) < 255);
+  if (!reference.mask.empty()) ratios.setTo(cv::Scalar::all(0), Reduced(reference.mask) < 255);
 
   HeightField field;
   field.grid = size / kCellPixels;
@@ -227,8 +309,7 @@ HeightField MeasureByStereo(const StereoReference& reference,
   field.step_px = Eigen::Vector2d::Constant(kStereoStepPx);
   field.cells.assign(static_cast<std::size_t>(field.grid.area()), kUnknown);
   field.scale_sigma = known.scale_sigma;
-  const auto sigma = static_cast<float>(kDisparitySigmaPx / baseline);
-  FillCells(ratios, partners.size() == 1 ? std::hypot(sigma, kAloneSigma) : sigma, field);
+  FillCells(ratios, partners.size() == 1 ? kAloneSigma : 0.F, field);
   return field;
 }
 
