@@ -39,6 +39,12 @@ constexpr double kMinDistinctRatio = 0.25;
 // tiles and lamps 13 true positions had 0.88 and more, also at night and with other cameras; the
 // best false ones of seven pairs of maps had 0.71 to 0.75.
 constexpr double kMinNeighbourPeakRatio = 0.82;
+// Under a ceiling with depth images of one place from two sides agree less well than neighbours do:
+// there a lower peak is sufficient where nearly all keyframes that should be recognized are, and at
+// only one position.
+constexpr int kMinDepthMatches = 6;
+constexpr double kMinDepthRatio = 0.8;
+constexpr double kMinDepthPeakRatio = 0.6;
 constexpr int kMaxChecks = 40;  // largest number of keyframes that test a relative pose
 // Two matches agree when they differ by at most this fraction of an image's span ...
 constexpr double kToleranceRatio = 0.08;
@@ -59,6 +65,7 @@ struct Tested {
   int expected = 0;
   int matched = 0;
   int distinct = 0;                     // matches that are unique without a prior
+  int with_depth = 0;                   // matches of a ceiling with depth
   std::vector<MatchQuality> qualities;  // of the matches
 };
 
@@ -104,6 +111,7 @@ class Joiner {
   Tested Test(const Hypothesis& hypothesis);
   void LearnStandard(std::span<const std::int64_t> part);
   [[nodiscard]] bool IsAsGoodAsNeighbours(const Tested& tested) const;
+  [[nodiscard]] bool AllAgreeWithDepth(const Tested& tested) const;
   void RemoveImitations(std::vector<Tested>& tested) const;
   [[nodiscard]] JoinResult Judge(const std::vector<Tested>& tested) const;
 
@@ -243,6 +251,7 @@ Tested Joiner::Test(const Hypothesis& hypothesis) {
     tested.qualities.push_back(
         QualityOf(measured, closer_.DissimilarityOf(*from, b_[i], measured.motion)));
     if (!measured.disambiguated_by_prior) ++tested.distinct;
+    if (measured.heights) ++tested.with_depth;
     const bool known = std::any_of(
         tested.hypothesis.edges.begin(), tested.hypothesis.edges.end(), [&](const graph::Edge& e) {
           return e.from == edge.from && e.to == edge.to;
@@ -321,7 +330,7 @@ JoinResult Joiner::Judge(const std::vector<Tested>& tested) const {
         best->distinct);
     return result;
   }
-  if (!IsAsGoodAsNeighbours(*best)) {
+  if (!IsAsGoodAsNeighbours(*best) && !AllAgreeWithDepth(*best)) {
     result.verdict = JoinResult::Verdict::kAmbiguous;
     result.reason =
         fmt::format("the ceiling is periodic: {} images agree, but not as well as neighbours do",
@@ -338,6 +347,13 @@ bool Joiner::IsAsGoodAsNeighbours(const Tested& tested) const {
   const MatchQuality quality = Median(tested.qualities);
   return same_light_ ? standard_.Accepts(quality)
                      : quality.peak >= kMinNeighbourPeakRatio * standard_.Typical().peak;
+}
+
+bool Joiner::AllAgreeWithDepth(const Tested& tested) const {
+  return tested.distinct >= kMinDepthMatches &&
+         tested.distinct >= kMinDepthRatio * tested.expected &&
+         tested.with_depth >= kMinDepthRatio * tested.matched &&
+         Median(tested.qualities).peak >= kMinDepthPeakRatio * standard_.Typical().peak;
 }
 
 /// Removes relative poses at which the images agree much worse than neighbours do, if there is a
