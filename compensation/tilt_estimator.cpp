@@ -33,6 +33,9 @@ constexpr double kNoiseMarginSigmas = 1;
 // (kRenewZoom).
 constexpr double kRenewOverlap = 0.8;
 constexpr double kRenewOverlapDepth = 0.92;  // under a ceiling with depth
+// A keyframe whose rows may show such a tilt, rad, waits for a better one down to this overlap.
+constexpr double kUnsteadyRad = 1e-3;
+constexpr double kUnsteadyOverlap = 0.7;
 // A tilted frame becomes the keyframe, drawn level, when the visible fraction is below this.
 constexpr double kMinOverlap = 0.55;
 // A contradiction by the map counts from this angle on, rad. The keyframe is corrected after
@@ -47,7 +50,19 @@ struct Moment {
   bool has_pose = false;                         // the same, or the reference itself
   std::optional<ForwardTracker::Frame> forward;  // unset when the image has no texture
   bool level = false;
+  // Of the tilt that the rows of a rolling shutter show, because the velocity is not known better.
+  double shutter_variance = 0;
 };
+
+/// Variance of a tilt that shows a motion of so many pixels at the image's corners, rad^2.
+double TiltVariance(const calib::CeilingView& view, double corner_px) {
+  const double corner = 0.5 * std::hypot(view.Size().width, view.Size().height);
+  return std::pow(corner_px * view.FocalLength() / (corner * corner), 2);
+}
+
+bool IsSteady(const Moment& moment) {
+  return moment.shutter_variance < kUnsteadyRad * kUnsteadyRad;
+}
 
 }  // namespace
 
@@ -153,7 +168,9 @@ std::optional<StampedTwist2> TiltEstimator::Impl::MeanVelocity(const Moment& mom
 
 /// An image of a rolling shutter needs the velocity that it serves to measure. It is measured again
 /// where the predicted one was wrong: the robot begins to move or to turn, or the prediction is of
-/// many frames ago.
+/// many frames ago. The velocity of the frame is extrapolated from the mean since the frame before;
+/// where a turn began in between, it may be wrong by as much as that adds, and the rows show a
+/// tilt.
 std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame& frame,
                                                                  Moment& moment) {
   constexpr int kMaxAgain = 2;
@@ -172,6 +189,10 @@ std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame
     const Twist2 off{now.linear_m_s - assumed.linear_m_s, now.yaw_rad_s - assumed.yaw_rad_s};
     if (again == kMaxAgain || view.ReadoutMotion(off) < kExactPx) {
       velocity = measured;
+      const Twist2 added{now.linear_m_s - mean->velocity.linear_m_s,
+                         now.yaw_rad_s - mean->velocity.yaw_rad_s};
+      moment.shutter_variance = TiltVariance(view, view.ReadoutMotion(added));
+      seen->covariance += moment.shutter_variance * Eigen::Matrix2d::Identity();
       return seen;
     }
     assumed = now;
@@ -297,7 +318,7 @@ void TiltEstimator::Impl::CountFrom(const Moment& keyframe) {
 void TiltEstimator::Impl::MakeKeyframe(const Moment& moment) {
   ceiling.SetReference(moment.ceiling);
   tilted_since = false;
-  reference_variance = 0;
+  reference_variance = IsSteady(moment) ? 0 : moment.shutter_variance;
   CountFrom(moment);
   if (!forward || !moment.forward) return;
   forward->SetReference(*moment.forward);
@@ -373,7 +394,10 @@ void TiltEstimator::Impl::Renew(const Seen& seen) {
   const bool all_level = std::all_of(moments.begin(), moments.end(), [](const Moment& moment) {
     return moment.level && moment.has_ceiling;
   });
-  if (all_level) MakeKeyframe(Moment(moments[moments.size() / 2]));
+  if (!all_level) return;
+  const Moment& middle = moments[moments.size() / 2];
+  const bool waits = seen.ceiling && seen.ceiling->overlap > kUnsteadyOverlap;
+  if (IsSteady(middle) || !waits) MakeKeyframe(Moment(middle));
 }
 
 TiltEstimator::TiltEstimator(const calib::Rig& rig, const TiltEstimatorParams& params)
