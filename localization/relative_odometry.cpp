@@ -85,11 +85,6 @@ std::optional<ChainStep> RelativeOdometry::Next(const LevelFrame& frame) {
   const registration::Registration& found = step.registration;
   if (found.blocks > 0) result.inlier_ratio = static_cast<double>(found.inliers) / found.blocks;
   result.weak = found.jointly;
-  // Where few blocks agree, some do so by chance, and all that are left on one thing share its
-  // error: in a room of plain plaster the errors of yaw were three times as large as stated.
-  constexpr double kFewAgree = 0.6;
-  constexpr double kVarianceFactor = 4;
-  if (!result.weak && result.inlier_ratio < kFewAgree) result.covariance *= kVarianceFactor;
   result.new_keyframe = step.new_keyframe.has_value();
   result.disambiguated_by_prior = step.registration.disambiguated_by_prior;
   return result;

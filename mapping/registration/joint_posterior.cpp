@@ -11,12 +11,6 @@ namespace {
 // all have, and this for the root of their number, nats.
 constexpr double kMeanChanceNats = 0.25;
 constexpr double kChanceNats = 6;
-// How exactly the images tell the motion is counted by kCountedTimes. Whether they tell it at all
-// is decided by the evidence of the best motion, which exceeds that of chance by so many nats for
-// each that counts. Under a wide expectation even a clear maximum would be outweighed by all the
-// other motions otherwise.
-constexpr double kDecidedTimes = 8;
-constexpr double kCertainNats = 50;  // keeps the weights finite
 // Content that is turned by less looks the same within a block, rad.
 constexpr double kRigidTurn = 0.012;
 
@@ -26,18 +20,6 @@ double ChanceOf(std::size_t blocks) {
 }
 
 }  // namespace
-
-void JointStage::Moments::Add(double more, const Eigen::Vector3d& at) {
-  weight += more;
-  sum += more * at;
-  squares += more * at * at.transpose();
-}
-
-void JointStage::Moments::Add(double factor, const Moments& other) {
-  weight += factor * other.weight;
-  sum += factor * other.sum;
-  squares += factor * other.squares;
-}
 
 /// Motions of the expectation's lattice whose own lattices cover it together; empty: too many.
 std::vector<Eigen::Vector3d> JointStage::Centres(const Lattice& lattice,
@@ -72,7 +54,7 @@ std::vector<Eigen::Vector3d> JointStage::Centres(const Lattice& lattice,
 void JointStage::Accumulate(const Lattice& lattice,
                             const Eigen::Vector3d& centre,
                             const Eigen::Matrix3d& information,
-                            Cases& cases) const {
+                            Moments& moments) const {
   const double chance = ChanceOf(centres_.size());
   const Eigen::Vector2d middle =
       Eigen::Rotation2Dd(centre.z() * lattice.turn_step) * centre.head<2>();
@@ -84,10 +66,12 @@ void JointStage::Accumulate(const Lattice& lattice,
       for (int x = -lattice.reach; x <= lattice.reach; ++x) {
         Eigen::Vector3d at;
         at << middle + turned * Eigen::Vector2d(x, y), at_turn;
-        const double expected = std::exp(-0.5 * at.dot(information * at));
-        cases.nothing.Add(expected, at);
-        const double nats = lattice.At(turn, y, x) - chance;
-        if (nats > 0) cases.something.Add(expected * std::expm1(nats / kCountedTimes), at);
+        const double nats = (lattice.At(turn, y, x) - chance) / kCountedTimes;
+        // Or this image tells nothing.
+        const double weight = (1 + std::exp(nats)) * std::exp(-0.5 * at.dot(information * at));
+        moments.weight += weight;
+        moments.sum += weight * at;
+        moments.squares += weight * at * at.transpose();
       }
     }
   }
@@ -106,17 +90,15 @@ Registration JointStage::Posterior(const Images& images,
   Lattice lattice = LatticeFor(sigma_px, sigma_rad);
   const Eigen::Matrix3d axes = FullAxes(lattice, start);
   const Eigen::Matrix3d information = axes.transpose() * covariance.inverse() * axes;
-  Cases cases;
+  Moments moments;
   bool tells = false;
   for (const Eigen::Vector3d& centre : Centres(lattice, sigma_px, sigma_rad)) {
     // Where nothing can be compared, the robot stays as likely as expected.
     const bool measured =
         MeasureEvidence(images, MotionAt(lattice, start, centre), kRigidTurn, lattice);
     const float most = *std::max_element(lattice.nats.begin(), lattice.nats.end());
-    const double best_nats = measured ? most - ChanceOf(centres_.size()) : -1;
-    tells = tells || best_nats >= 0;
-    cases.best_nats = std::max(cases.best_nats, best_nats);
-    Accumulate(lattice, centre, information, cases);
+    tells = tells || (measured && most >= ChanceOf(centres_.size()));
+    Accumulate(lattice, centre, information, moments);
   }
   if (!tells) {
     // Chance must not narrow the expectation, nor must a part of it.
@@ -126,9 +108,6 @@ Registration JointStage::Posterior(const Images& images,
     result.covariance.topLeftCorner<3, 3>() = covariance;
     return result;
   }
-  constexpr double kDecides = 1 / kDecidedTimes - 1 / kCountedTimes;
-  Moments moments = cases.nothing;
-  moments.Add(std::exp(std::min(kCertainNats, kDecides * cases.best_nats)), cases.something);
   const Eigen::Vector3d mean = moments.sum / moments.weight;
   // The lattice is coarser than a narrow posterior.
   constexpr double kLatticeVariance = 1.0 / 12;

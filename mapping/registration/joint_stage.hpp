@@ -64,15 +64,6 @@ class JointStage {
     double weight = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-
-    void Add(double more, const Eigen::Vector3d& at);
-    void Add(double factor, const Moments& other);
-  };
-  /// Of a motion in two cases: the images tell nothing, or something.
-  struct Cases {
-    Moments nothing;
-    Moments something;
-    double best_nats = 0;  ///< largest evidence, beyond that of chance
   };
 
   [[nodiscard]] ImageMotion MotionOf(int block,
@@ -100,7 +91,7 @@ class JointStage {
   void Accumulate(const Lattice& lattice,
                   const Eigen::Vector3d& centre,
                   const Eigen::Matrix3d& information,
-                  Cases& cases) const;
+                  Moments& moments) const;
   [[nodiscard]] int CountAgreeing(const Lattice& lattice, const Peak& peak) const;
   [[nodiscard]] double LogPrior(const MotionPrior& prior, const ImageMotion& motion) const;
 
