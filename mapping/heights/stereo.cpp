@@ -100,7 +100,7 @@ Disparities Refine(const cv::Mat& left,
                    const cv::Mat& found) {
   constexpr int kRounds = 2;
   constexpr int kBox = 7;
-  constexpr double kMaxStep = 0.5;
+  constexpr double kMaxOff = 0.6;
   // Variances of what ForStereo returns: of a gradient that is noise alone, of the least noise.
   constexpr double kFlat = 4;
   constexpr double kRounding = 1;
@@ -132,10 +132,11 @@ Disparities Refine(const cv::Mat& left,
     cv::Sobel(sum, gradient, CV_32F, 1, 0, 1, 0.25);
     const cv::Mat counted = known.mul(gradient);
     squares = mean(counted.mul(gradient)) + kFlat;
-    cv::Mat step = -mean(counted.mul(difference)) / squares;
-    cv::min(step, kMaxStep, step);
-    cv::max(step, -kMaxStep, step);
+    const cv::Mat step = -mean(counted.mul(difference)) / squares;
     result.pixels += step;
+    // Further away it would be something else.
+    cv::min(result.pixels, disparities + kMaxOff, result.pixels);
+    cv::max(result.pixels, disparities - kMaxOff, result.pixels);
   }
   // The noise of both images has a gradient too, whose variance is an eighth of the difference's.
   const cv::Mat noise = mean(known.mul(difference).mul(difference)) + kRounding;
@@ -296,6 +297,7 @@ HeightField MeasureByStereo(const StereoReference& reference,
       centre + reference.principal_px / static_cast<double>(kReduction);
   const Range range = RangeOf(known);
   std::vector<cv::Mat> by_partner;
+  by_partner.reserve(partners.size());
   for (const StereoPartner& partner : partners) {
     by_partner.push_back(MatchPair(reference.image, partner, principal, range));
   }
