@@ -60,7 +60,7 @@ bool FrameAcceptance::LooksRight(const RegisteredFrame& frame) {
 /// Whether a match under a ceiling with depth, after a loss, is not much worse than those of
 /// neighbouring keyframes. Heights explain the blocks of one thing, as a fan that turns, under
 /// motions that are all wrong: such matches had 0.15 of the usual peak, right ones 0.55 and more.
-bool FrameAcceptance::IsHalfAsGood(const RegisteredFrame& frame) const {
+bool FrameAcceptance::HasEnoughPeak(const RegisteredFrame& frame) const {
   constexpr double kMinPeakRatio = 0.4;
   return frame.registration.peak >= kMinPeakRatio * standard_.Typical().peak;
 }
@@ -128,7 +128,7 @@ std::optional<int> FrameAcceptance::StepsTo(const RegisteredFrame& frame,
                                             const FrameBefore& before) {
   const bool continues = before.spectrum != nullptr;
   if (!continues && frame.spectrum.IsStarved()) return std::nullopt;
-  if (!continues && frame.registration.heights && !IsHalfAsGood(frame)) return std::nullopt;
+  if (!continues && frame.registration.heights && !HasEnoughPeak(frame)) return std::nullopt;
   if (RestsOnCopies(frame, before) || FollowsCodec(frame, before)) return std::nullopt;
   const auto one_if = [](bool accepted) { return accepted ? std::optional(1) : std::nullopt; };
   const bool unique = !frame.registration.disambiguated_by_prior;

@@ -58,7 +58,7 @@ class FrameAcceptance {
                        const registration::FrameSpectrum& spectrum,
                        const registration::Registration& registration);
   bool LooksRight(const RegisteredFrame& frame);
-  [[nodiscard]] bool IsHalfAsGood(const RegisteredFrame& frame) const;
+  [[nodiscard]] bool HasEnoughPeak(const RegisteredFrame& frame) const;
   bool RestsOnCopies(const RegisteredFrame& frame, const FrameBefore& before);
   bool FollowsCodec(const RegisteredFrame& frame, const FrameBefore& before);
 

@@ -86,7 +86,7 @@ class Stereo : public testing::Test {
   Ceiling ceiling_;
 };
 
-// Semi-global matching alone is off by up to 0.3 % here.
+// Semi-global matching alone is off by up to 3 % here.
 TEST_F(Stereo, DisparitiesAreNotDrawnToWholePixels) {
   const StereoReference reference = Reference();
   for (const double shift : {30.0, 30.3, 30.7, 31.0, 31.4, 31.8}) {
