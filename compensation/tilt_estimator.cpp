@@ -9,13 +9,13 @@
 
 #include "calib/base/error.hpp"
 #include "calib/base/stage_timer.hpp"
-#include "calib/base/velocity_predictor.hpp"
 #include "calib/level_view.hpp"
 #include "compensation/ceiling_tracker.hpp"
 #include "compensation/forward_tracker.hpp"
 #include "compensation/level_frames.hpp"
 #include "compensation/matsumoto_tilt.hpp"
 #include "compensation/rig_cameras.hpp"
+#include "compensation/shutter_velocity.hpp"
 #include "compensation/usual_tilt.hpp"
 
 namespace ceilmap::compensation {
@@ -54,12 +54,6 @@ struct Moment {
   double shutter_variance = 0;
 };
 
-/// Variance of a tilt that shows a motion of so many pixels at the image's corners, rad^2.
-double TiltVariance(const calib::CeilingView& view, double corner_px) {
-  const double corner = 0.5 * std::hypot(view.Size().width, view.Size().height);
-  return std::pow(corner_px * view.FocalLength() / (corner * corner), 2);
-}
-
 bool IsSteady(const Moment& moment) {
   return moment.shutter_variance < kUnsteadyRad * kUnsteadyRad;
 }
@@ -73,7 +67,8 @@ struct TiltEstimator::Impl {
         view(UpOf(rig), rig.ceiling_height_m),
         level_view(view),
         ceiling(view),
-        filter(p.filter) {
+        filter(p.filter),
+        velocity(view) {
     if (!(params.tilted_sigmas > params.level_sigmas)) {
       throw InputError(fmt::format("tilt: tilted_sigmas = {}, must be > level_sigmas = {}",
                                    params.tilted_sigmas,
@@ -107,7 +102,7 @@ struct TiltEstimator::Impl {
   std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
   double reference_variance = 0;  // of the tilt of the ceiling's keyframe
   std::optional<double> last_stamp_s;
-  VelocityPredictor velocity;  // by the ceiling; used with a rolling shutter
+  ShutterVelocity velocity;    // by the ceiling; used with a rolling shutter
   std::deque<Moment> moments;  // the latest ones, oldest first
   cv::Mat rectified;
   cv::Mat forward_rectified;
@@ -167,15 +162,11 @@ std::optional<StampedTwist2> TiltEstimator::Impl::MeanVelocity(const Moment& mom
 }
 
 /// An image of a rolling shutter needs the velocity that it serves to measure. It is measured again
-/// where the predicted one was wrong: the robot begins to move or to turn, or the prediction is of
-/// many frames ago. The velocity of the frame is extrapolated from the mean since the frame before;
-/// where a turn began in between, it may be wrong by as much as that adds, and the rows show a
-/// tilt.
+/// where the predicted one was wrong.
 std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame& frame,
                                                                  Moment& moment) {
   constexpr int kMaxAgain = 2;
-  constexpr double kExactPx = 0.3;
-  Twist2 assumed = velocity.At(frame.stamp_s).value_or(frame.velocity);
+  Twist2 assumed = velocity.At(frame.stamp_s, frame.velocity);
   for (int again = 0;; ++again) {
     moment.ceiling =
         ceiling.Analyze(view.Rectify(frame.up, rectified, assumed), frame.stamp_s, frame.encoding);
@@ -183,19 +174,14 @@ std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame
     if (!view.HasRollingShutter() || !seen) return seen;
     const std::optional<StampedTwist2> mean = MeanVelocity(moment);
     if (!mean) return seen;
-    VelocityPredictor measured = velocity;
-    measured.Add(*mean);
-    const Twist2 now = measured.At(frame.stamp_s).value_or(mean->velocity);
-    const Twist2 off{now.linear_m_s - assumed.linear_m_s, now.yaw_rad_s - assumed.yaw_rad_s};
-    if (again == kMaxAgain || view.ReadoutMotion(off) < kExactPx) {
-      velocity = measured;
-      const Twist2 added{now.linear_m_s - mean->velocity.linear_m_s,
-                         now.yaw_rad_s - mean->velocity.yaw_rad_s};
-      moment.shutter_variance = TiltVariance(view, view.ReadoutMotion(added));
-      seen->covariance += moment.shutter_variance * Eigen::Matrix2d::Identity();
+    const ShutterVelocity::Estimate now = velocity.With(*mean, frame.stamp_s);
+    if (again == kMaxAgain || velocity.IsExact(assumed, now.velocity)) {
+      velocity.Add(*mean);
+      moment.shutter_variance = now.tilt_variance;
+      seen->covariance += now.tilt_variance * Eigen::Matrix2d::Identity();
       return seen;
     }
-    assumed = now;
+    assumed = now.velocity;
   }
 }
 
