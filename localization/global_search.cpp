@@ -19,6 +19,11 @@ constexpr double kMaxStepS = 0.3;
 constexpr double kSigmas = 4;
 constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
 
+// Under a ceiling with depth, matches of a smaller peak rest on few blocks of noisy images. A robot
+// that is followed was given poses off by 150 mm and 8 degrees, of standard deviations of 15 mm and
+// 0.15 degrees. All blocks jointly tell what is known.
+constexpr double kFaintPeak = 0.13;
+
 /// The middle of two estimates of which one is wrong.
 PoseWithCovariance Either(const PoseWithCovariance& a, const PoseWithCovariance& b) {
   const Eigen::Vector3d half =
@@ -113,14 +118,15 @@ bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
   return true;
 }
 
-/// Where the motion could not be measured: a new chain continues with that before, for a few
-/// frames. The submap, which even a small error of the motion distorts, begins anew.
+/// Where the motion could not be measured: a new chain and the submap continue with that before,
+/// for a few frames. A longer way would distort the submap, which begins anew.
 void GlobalSearch::Bridge(double unplaced_s) {
-  RestartSubmap();
   if (velocity_ && unplaced_s <= kMaxStepS && ++predicted_ <= kMaxPredicted) {
     chain_.Continue(*velocity_);
+    submap_.Move(velocity_->Over(unplaced_s));
   } else {
     velocity_.reset();
+    RestartSubmap();
   }
 }
 
@@ -364,7 +370,8 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   }
   const auto match_at = [&](const Hypothesis& h) {
     std::optional<MapMatch> match = MatchNear(h.pose.pose, spectrum, h.pose);
-    if (!match && h.trusted) match = matcher_.CorrectNear(h.pose, spectrum);
+    const bool faint = match && matcher_.HasDepth() && match->peak < kFaintPeak;
+    if (h.trusted && (!match || faint)) match = matcher_.CorrectNear(h.pose, spectrum);
     return match;
   };
   hypotheses_.MatchAll(match_at, result.elsewhere, known.usual_inliers);
