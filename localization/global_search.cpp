@@ -21,7 +21,8 @@ constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
 
 // Under a ceiling with depth, matches of a smaller peak rest on few blocks of noisy images. A robot
 // that is followed was given poses off by 150 mm and 8 degrees, of standard deviations of 15 mm and
-// 0.15 degrees. All blocks jointly tell what is known.
+// 0.15 degrees. All blocks jointly tell what is known. The bound is that of motions from frame to
+// frame (kClearPeak in mapping/frame_matching.cpp).
 constexpr double kFaintPeak = 0.13;
 
 /// The middle of two estimates of which one is wrong.

@@ -123,7 +123,7 @@ bool Doubtful(const Registration& found,
 
 /// In noisy images of a plain ceiling few blocks agree, mostly at the rims of lamps, which tell no
 /// turn: such turns were off by 3 to 10 standard deviations. All blocks jointly state how far it is
-/// known; where they leave it open, the frame has no motion.
+/// known; where that is ambiguous, the frame has no motion.
 bool IsFaint(const Registration& found) {
   constexpr double kClearPeak = 0.13;  // 0.15 and more in halls and rooms whose structure is clear
   return found.heights != nullptr && found.peak < kClearPeak;
