@@ -70,6 +70,7 @@ void GlobalSearch::Reset(const std::optional<PoseWithCovariance>& start) {
 /// The motion since the images of the submap is not known, or its scale has changed.
 void GlobalSearch::RestartSubmap() {
   submap_ = Submap(matcher_.View());
+  submap_evidence_.Clear();
   searched_at_ = 0;
 }
 
@@ -324,7 +325,9 @@ void GlobalSearch::SearchSubmap(const LevelFrame& frame, const Known& known, boo
   ++searches_;
   const auto wanted = [&known](double at) { return Fits({0, 0, at}, known.yaw); };
   const std::optional<SubmapSearch::Result> found = submap_search_.Find(submap_, wanted);
-  if (!found || !found->IsClear() || !StartAllows(found->pose.pose, frame.stamp_s) ||
+  if (!found) return;
+  submap_evidence_.Add(*found, submap_.T_submap_base(), submap_.Span());
+  if (!submap_evidence_.IsClear() || !StartAllows(found->pose.pose, frame.stamp_s) ||
       !WheelsAllow(found->pose.pose, known)) {
     return;
   }

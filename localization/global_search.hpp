@@ -10,6 +10,7 @@
 #include "localization/place_finder.hpp"
 #include "localization/relative_odometry.hpp"
 #include "localization/submap.hpp"
+#include "localization/submap_evidence.hpp"
 #include "localization/submap_search.hpp"
 #include "mapping/graph/keyframe.hpp"
 
@@ -96,6 +97,7 @@ class GlobalSearch {
   Hypotheses hypotheses_;
   Submap submap_;
   SubmapSearch submap_search_;
+  SubmapEvidence submap_evidence_;
   bool new_keyframe_ = false;  // of the chain, in this frame
   double searched_at_ = 0;     // travel at the latest search of the submap
   std::int64_t searches_ = 0;

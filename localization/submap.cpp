@@ -23,7 +23,17 @@ constexpr double kInnerPx = 0.6;
 constexpr double kOuterPx = 1.6;
 constexpr int kMarginPx = 2;  // structure at the border of what is known is not
 
-double Median(std::vector<float>& values) {
+/// Median of the values where `known` is not 0; both CV_32FC1.
+double MedianWhere(const cv::Mat& known, const cv::Mat& all) {
+  std::vector<float> values;
+  values.reserve(all.total());
+  for (int y = 0; y < all.rows; ++y) {
+    const auto* value = all.ptr<float>(y);
+    const auto* is_known = known.ptr<float>(y);
+    for (int x = 0; x < all.cols; ++x) {
+      if (is_known[x] > 0) values.push_back(value[x]);
+    }
+  }
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -55,18 +65,30 @@ FineStructure FineStructure::Of(const cv::Mat& grey, const cv::Mat& mask) {
   return result;
 }
 
+std::array<cv::Mat, 2> FineStructure::Directions() const {
+  cv::Mat gx;
+  cv::Mat gy;
+  constexpr double kPerPixel = 1.0 / 32;  // Scharr's weights add up to 32
+  cv::Scharr(detail, gx, CV_32F, 1, 0, kPerPixel);
+  cv::Scharr(detail, gy, CV_32F, 0, 1, kPerPixel);
+  cv::Mat inside;
+  cv::erode(known, inside, cv::Mat(), {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  const cv::Mat squared = gx.mul(gx) + gy.mul(gy);
+  cv::Mat length;
+  cv::sqrt(squared, length);
+  constexpr double kMin = 1e-3;
+  const double typical = std::max(kMin, MedianWhere(inside, length));
+  // g^2 / |g|^2 * |g| / (|g| + typical)
+  const cv::Mat divisor = length.mul(length + typical) + kMin * kMin;
+  std::array<cv::Mat, 2> directions;
+  cv::divide(inside.mul(gx.mul(gx) - gy.mul(gy)), divisor, directions[0]);
+  cv::divide(inside.mul(2 * gx.mul(gy)), divisor, directions[1]);
+  return directions;
+}
+
 void FineStructure::Compress() {
-  std::vector<float> sizes;
-  sizes.reserve(detail.total());
-  for (int y = 0; y < detail.rows; ++y) {
-    const auto* value = detail.ptr<float>(y);
-    const auto* is_known = known.ptr<float>(y);
-    for (int x = 0; x < detail.cols; ++x) {
-      if (is_known[x] > 0) sizes.push_back(std::abs(value[x]));
-    }
-  }
   constexpr double kMin = 0.02;  // grey levels: less is rounding
-  const double typical = std::max(kMin, Median(sizes));
+  const double typical = std::max(kMin, MedianWhere(known, cv::abs(detail)));
   const cv::Mat size = cv::abs(detail) + typical;
   cv::divide(detail, size, detail);
 }

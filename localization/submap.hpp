@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <opencv2/core.hpp>
 
@@ -15,6 +16,12 @@ struct FineStructure {
 
   /// @param grey  CV_8UC1. @param mask  CV_8UC1 of the same size, 0: not known.
   static FineStructure Of(const cv::Mat& grey, const cv::Mat& mask);
+
+  /// Directions of the edges: (gx + i gy)^2 / |g|^2 of the gradient g of `detail`, weighted by 0..1
+  /// for its length. It is the same where what was bright is dark: a lamp that is off, an edge that
+  /// is lit from its other side.
+  /// @return real and imaginary part, CV_32FC1, 0 where nothing is known.
+  [[nodiscard]] std::array<cv::Mat, 2> Directions() const;
 
   /// Compresses `detail` to (-1, 1), in units of its median, so that a lamp does not outweigh long
   /// weak edges.
@@ -38,6 +45,8 @@ class Submap {
   /// @param mask  CV_8UC1 of the same size, or empty: 0 where the image has no content.
   void Add(const cv::Mat& image, const cv::Mat& mask);
 
+  /// The robot now, in the submap's coordinates.
+  [[nodiscard]] const Pose2& T_submap_base() const { return T_submap_base_; }
   /// Travel between the first and the last kept image, map units.
   [[nodiscard]] double Length() const;
   /// Map units per pixel of the drawing.

@@ -1,6 +1,7 @@
 #include "localization/submap_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 #include <numbers>
@@ -21,11 +22,10 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kRotations = 90;
-constexpr double kMinLead = 1.35;     // of the score, over the second one
 constexpr double kMaxPixels = 2.5e5;  // of the map
 // Travel that is searched with, and that the pose is found by, image spans. On a longer way the
 // robot's own motion distorts the submap.
-constexpr double kSearchedSpans = 1.2;
+constexpr double kSearchedSpans = 2;
 constexpr double kPlacedSpans = 1;
 constexpr double kMinOverlap = 0.4;  // of the submap with the map
 // Poses nearer to each other count as the same place.
@@ -55,65 +55,132 @@ ComplexArray Transform(PlaneFft& fft, const cv::Mat& plane) {
   return out;
 }
 
-/// Correlation of a drawing with the map, both in a plane with room for the drawing around the map.
+/// Correlation of a drawing with the map, both in a plane with room for the drawing around the map:
+/// of the grey values, and of the directions of the edges. Their noise is independent, and each
+/// tells what the other does not: the directions are the same under other light, which makes dark
+/// of bright; the grey values are not the same in a room that is turned by half a circle.
 class Correlation {
  public:
   Correlation(const FineStructure& map, const FineStructure& drawing)
-      : drawing_(drawing.detail),
+      : drawn_detail_{drawing.detail},
         map_size_(map.detail.size()),
-        size_(cv::getOptimalDFTSize(map_size_.width + drawing_.cols),
-              cv::getOptimalDFTSize(map_size_.height + drawing_.rows)) {
-    PlaneFft fft(size_.height, size_.width);
-    cv::Mat padded = cv::Mat::zeros(size_, CV_32FC1);
-    map.detail.copyTo(padded(cv::Rect({drawing_.cols / 2, drawing_.rows / 2}, map_size_)));
-    values_ = Transform(fft, padded);
-    squares_ = Transform(fft, padded.mul(padded));
-    const double map_variance = cv::sum(map.detail.mul(map.detail))[0] / cv::sum(map.known)[0];
-    least_variance_ = kMinOverlap * map_variance * cv::sum(drawing_.mul(drawing_))[0];
+        size_(cv::getOptimalDFTSize(map_size_.width + drawing.detail.cols),
+              cv::getOptimalDFTSize(map_size_.height + drawing.detail.rows)) {
+    const auto to_planes = [](const std::array<cv::Mat, 2>& parts) -> Planes {
+      return {parts[0], parts[1]};
+    };
+    drawn_directions_ = to_planes(drawing.Directions());
+    const double known = cv::sum(map.known)[0];
+    detail_ = Prepare({map.detail}, known, drawn_detail_);
+    directions_ = Prepare(to_planes(map.Directions()), known, drawn_directions_);
   }
 
-  /// Scores where the drawing's centre lies on each pixel of the map, turned by `yaw`.
+  /// Scores where the drawing's centre lies on each pixel of the map, turned by `yaw`: standard
+  /// normal for structure that has nothing in common.
   [[nodiscard]] cv::Mat At(double yaw) const {
+    const Planes directions = Turned(drawn_directions_, yaw);
+    const double c = std::cos(2 * yaw);
+    const double s = std::sin(2 * yaw);
+    const cv::Mat sum =
+        Score(detail_, Turned(drawn_detail_, yaw)) +
+        Score(directions_,
+              {c * directions[0] - s * directions[1], s * directions[0] + c * directions[1]});
+    return std::sqrt(0.5) * sum;
+  }
+
+ private:
+  using Planes = std::vector<cv::Mat>;
+  /// One kind of structure of the map: of one plane or two.
+  struct Kind {
+    std::vector<ComplexArray> values;
+    ComplexArray squares;
+    double least_variance = 0;
+  };
+
+  static cv::Mat SquaresOf(const Planes& planes) {
+    cv::Mat sum = cv::Mat::zeros(planes.front().size(), CV_32FC1);
+    for (const cv::Mat& plane : planes) sum += plane.mul(plane);
+    return sum;
+  }
+
+  /// @param known  Number of pixels of the map.
+  [[nodiscard]] Kind Prepare(const Planes& map, double known, const Planes& drawn) const {
     PlaneFft fft(size_.height, size_.width);
+    const cv::Size side = drawn.front().size();
+    const auto transform = [&](const cv::Mat& plane) {
+      cv::Mat padded = cv::Mat::zeros(size_, CV_32FC1);
+      plane.copyTo(padded(cv::Rect({side.width / 2, side.height / 2}, map_size_)));
+      return Transform(fft, padded);
+    };
+    Kind kind;
+    kind.values.reserve(map.size());
+    for (const cv::Mat& plane : map) kind.values.push_back(transform(plane));
+    const cv::Mat squares = SquaresOf(map);
+    kind.squares = transform(squares);
+    const double variance = cv::sum(squares)[0] / known;
+    kind.least_variance =
+        kMinOverlap * variance * cv::sum(SquaresOf(drawn))[0] / static_cast<double>(map.size());
+    return kind;
+  }
+
+  [[nodiscard]] static Planes Turned(const Planes& drawn, double yaw) {
     const double c = std::cos(yaw);
     const double s = std::sin(yaw);
-    const double half = 0.5 * drawing_.cols;
+    const double half = 0.5 * drawn.front().cols;
     const cv::Matx23d affine(c, -s, half - c * half + s * half, s, c, half - s * half - c * half);
-    cv::Mat turned = cv::Mat::zeros(size_, CV_32FC1);
-    cv::Mat inside = turned(cv::Rect({0, 0}, drawing_.size()));
-    cv::warpAffine(drawing_, inside, affine, drawing_.size(), cv::INTER_LINEAR);
-    const RealArray products = With(fft, values_, turned);
-    const RealArray variances = With(fft, squares_, turned.mul(turned));
+    Planes turned(drawn.size());
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      cv::warpAffine(drawn[i], turned[i], affine, drawn[i].size(), cv::INTER_LINEAR);
+    }
+    return turned;
+  }
+
+  [[nodiscard]] cv::Mat Score(const Kind& map, const Planes& turned) const {
+    PlaneFft fft(size_.height, size_.width);
+    const auto transform = [&](const cv::Mat& plane) {
+      cv::Mat padded = cv::Mat::zeros(size_, CV_32FC1);
+      plane.copyTo(padded(cv::Rect({0, 0}, plane.size())));
+      return Transform(fft, padded);
+    };
+    ComplexArray sum = Product(map.values[0], transform(turned[0]));
+    for (std::size_t plane = 1; plane < turned.size(); ++plane) {
+      const ComplexArray more = Product(map.values[plane], transform(turned[plane]));
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += more[i];
+    }
+    const RealArray products = Inverse(fft, sum);
+    ComplexArray squares = Product(map.squares, transform(SquaresOf(turned)));
+    const RealArray variances = Inverse(fft, squares);
     const double norm = 1.0 / static_cast<double>(products.size());
+    const double variance_norm = norm / static_cast<double>(turned.size());
     cv::Mat scores(map_size_, CV_32FC1);
     for (int y = 0; y < map_size_.height; ++y) {
       for (int x = 0; x < map_size_.width; ++x) {
         const std::size_t i = static_cast<std::size_t>(y) * size_.width + x;
-        const double variance = variances[i] * norm;
+        const double variance = variances[i] * variance_norm;
         scores.at<float>(y, x) = static_cast<float>(
-            variance > least_variance_ ? products[i] * norm / std::sqrt(variance) : 0);
+            variance > map.least_variance ? products[i] * norm / std::sqrt(variance) : 0);
       }
     }
     return scores;
   }
 
- private:
-  static RealArray With(PlaneFft& fft, const ComplexArray& spectrum, const cv::Mat& image) {
-    ComplexArray product = Transform(fft, image);
-    for (std::size_t i = 0; i < product.size(); ++i) {
-      product[i] = spectrum[i] * std::conj(product[i]);
-    }
+  static ComplexArray Product(const ComplexArray& map, ComplexArray drawn) {
+    for (std::size_t i = 0; i < drawn.size(); ++i) drawn[i] = map[i] * std::conj(drawn[i]);
+    return drawn;
+  }
+
+  static RealArray Inverse(PlaneFft& fft, ComplexArray& spectrum) {
     RealArray out(fft.RealSize());
-    fft.Inverse({product.data(), product.size()}, {out.data(), out.size()});
+    fft.Inverse({spectrum.data(), spectrum.size()}, {out.data(), out.size()});
     return out;
   }
 
-  const cv::Mat& drawing_;
+  Planes drawn_detail_;
+  Planes drawn_directions_;
   cv::Size map_size_;
   cv::Size size_;
-  ComplexArray values_;
-  ComplexArray squares_;
-  double least_variance_;
+  Kind detail_;
+  Kind directions_;
 };
 
 }  // namespace
@@ -170,8 +237,9 @@ bool SubmapSearch::Impl::Read(double wanted_unit) {
 SubmapSearch::SubmapSearch(const store::MapReader& map) : impl_(std::make_unique<Impl>(map)) {}
 SubmapSearch::~SubmapSearch() = default;
 
-bool SubmapSearch::Result::IsClear() const {
-  return score > kMinLead * second;
+double SubmapSearch::Result::Lead() const {
+  constexpr double kMinSecond = 1e-9;
+  return score / std::max(second, kMinSecond);
 }
 
 std::optional<SubmapSearch::Result> SubmapSearch::Find(

@@ -15,11 +15,12 @@ namespace ceilmap::localization {
 /// with noise, 2 to 3 m of travel were enough where single images matched nothing.
 ///
 /// The score of a place is the correlation there divided by its standard deviation for structure
-/// that has nothing in common. The place is clear when no other one has nearly as much. Unrelated
-/// maps gave ratios of up to 1.25, the right place up to 1.7; a periodic ceiling gives 1.
+/// that has nothing in common, of grey values and of directions of edges together. How much it
+/// exceeds that of any other place tells whether it is the robot's (SubmapEvidence); a periodic
+/// ceiling gives 1.
 ///
-/// A search costs 90 pairs of transforms of the map's size at the submap's resolution (8 pixels of
-/// 640 across): 0.2 s for a home on two cores, on all cores of the machine. Maps of more than a
+/// A search costs 5 x 90 transforms of the map's size at the submap's resolution (8 pixels of 640
+/// across): 0.5 s for a home on two cores, on all cores of the machine. Maps of more than a
 /// quarter of a million such pixels (260 m2 for a camera 2 m below the ceiling) are not searched.
 class SubmapSearch {
  public:
@@ -32,7 +33,8 @@ class SubmapSearch {
     double score = 0;         ///< of the submap there ...
     double second = 0;        ///< ... and the largest at any other place or heading
 
-    [[nodiscard]] bool IsClear() const;
+    /// Score of the best place, of the second one's; 1 and more.
+    [[nodiscard]] double Lead() const;
   };
   /// @param wanted  Returns false for a yaw on the map that is impossible; may be empty.
   /// @return nothing where the map is too large, or has nothing in common with the submap.

@@ -11,15 +11,21 @@ namespace {
 // all have, and this for the root of their number, nats.
 constexpr double kMeanChanceNats = 0.25;
 constexpr double kChanceNats = 6;
+// Where either sign of a correlation counts, the mean doubles, and the deviation grows by the root
+// of 0.5 / 0.3125, the variances of z^2/2 of both signs and of one.
+constexpr double kBothSigns = 1.26;
 // Content that is turned by less looks the same within a block, rad.
 constexpr double kRigidTurn = 0.012;
 
-double ChanceOf(std::size_t blocks) {
-  const auto count = static_cast<double>(blocks);
-  return kMeanChanceNats * count + kChanceNats * std::sqrt(count);
-}
-
 }  // namespace
+
+/// Evidence that the best of wrong motions has, nats.
+double JointStage::Chance() const {
+  const auto count = static_cast<double>(middle_.blocks.size());
+  const double one_sign = kMeanChanceNats * count;
+  const double beyond = kChanceNats * std::sqrt(count);
+  return either_contrast_ ? 2 * one_sign + kBothSigns * beyond : one_sign + beyond;
+}
 
 /// Motions of the expectation's lattice whose own lattices cover it together; empty: too many.
 std::vector<Eigen::Vector3d> JointStage::Centres(const Lattice& lattice,
@@ -55,7 +61,7 @@ void JointStage::Accumulate(const Lattice& lattice,
                             const Eigen::Vector3d& centre,
                             const Eigen::Matrix3d& information,
                             Moments& moments) const {
-  const double chance = ChanceOf(centres_.size());
+  const double chance = Chance();
   const Eigen::Vector2d middle =
       Eigen::Rotation2Dd(centre.z() * lattice.turn_step) * centre.head<2>();
   for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) {
@@ -97,13 +103,13 @@ Registration JointStage::Posterior(const Images& images,
     const bool measured =
         MeasureEvidence(images, MotionAt(lattice, start, centre), kRigidTurn, lattice);
     const float most = *std::max_element(lattice.nats.begin(), lattice.nats.end());
-    tells = tells || (measured && most >= ChanceOf(centres_.size()));
+    tells = tells || (measured && most >= Chance());
     Accumulate(lattice, centre, information, moments);
   }
   if (!tells) {
     // Chance must not narrow the expectation, nor must a part of it.
-    if (!MeasureSurfaces(images, start)) return result;
-    result.blocks = static_cast<int>(centres_.size());
+    if (!MeasureSurfaces(images, start, middle_)) return result;
+    result.blocks = static_cast<int>(middle_.blocks.size());
     result.verdict = Verdict::kOk;
     result.covariance.topLeftCorner<3, 3>() = covariance;
     return result;
@@ -122,11 +128,11 @@ Registration JointStage::Posterior(const Images& images,
   if (!MeasureEvidence(images, found, kRigidTurn, lattice)) return result;
   result.verdict = Verdict::kOk;
   result.overlap = OverlapOf(found, frame_.size);
-  result.blocks = static_cast<int>(centres_.size());
+  result.blocks = static_cast<int>(middle_.blocks.size());
   result.inliers = CountAgreeing(lattice, {});
   const double all = kMaxBlockNats * result.blocks;
   result.peak = lattice.At(0, 0, 0) / all;
-  result.runner_up = ChanceOf(centres_.size()) / all;
+  result.runner_up = Chance() / all;
   return result;
 }
 

@@ -76,6 +76,7 @@ cv::Mat ContentOf(const cv::Mat& rough_blank, cv::Size size) {
 JointStage::JointStage(cv::Size size, const RegistrarParams& params)
     : frame_(size, 4 * FineFactor(size)),
       rough_size_(LevelFrame(size, 2 * FineFactor(size)).size),
+      either_contrast_(!params.same_recording),
       half_diagonal_px_(0.5 * std::hypot(frame_.size.width, frame_.size.height)),
       blocks_(frame_.size,
               LevelMask(params.mask, frame_.size),
@@ -115,42 +116,59 @@ ImageMotion JointStage::MotionOf(int block,
   return motion;
 }
 
-bool JointStage::MeasureSurfaces(const Images& images, const ImageMotion& start) {
+/// @return false where too few blocks can be compared.
+bool JointStage::MeasureSurfaces(const Images& images,
+                                 const ImageMotion& start,
+                                 Surfaces& surfaces) {
   const Level& reference = images.reference.broad;
   const Level& current = images.current.broad;
   const auto chosen = blocks_.Select(reference, current, start, blocks_.GridSize());
   grey_.create(frame_.size, CV_32FC1);
   std::copy_n(reference.grey.data(), reference.grey.size(), grey_.ptr<float>());
   const ContentCentres content(grey_);
-  centres_.clear();
-  surfaces_.resize(kSurfaceArea * chosen.size());
+  surfaces.blocks.clear();
+  surfaces.centres.clear();
+  surfaces.values.resize(kSurfaceArea * chosen.size());
   for (const int block : chosen) {
-    float* surface = surfaces_.data() + kSurfaceArea * centres_.size();
+    float* surface = surfaces.values.data() + kSurfaceArea * surfaces.blocks.size();
     const ImageMotion motion = MotionOf(block, images.heights, start);
     if (!blocks_.Correlate(reference, current, motion, block, kSurfaceReach, surface)) continue;
-    centres_.push_back(content.Of(blocks_.Area(block)));
+    surfaces.blocks.push_back(block);
+    surfaces.centres.push_back(content.Of(blocks_.Area(block)));
   }
-  weights_.clear();
-  for (std::size_t block = 0; block < centres_.size(); ++block) {
-    const float* surface = surfaces_.data() + block * kSurfaceArea;
-    const float most = std::max(0.0F, *std::max_element(surface, surface + kSurfaceArea));
-    weights_.push_back(0.5F * kMaxBlockNats / std::max(kMaxBlockNats, 0.5F * most * most));
+  return static_cast<int>(surfaces.blocks.size()) >= kMinBlocks;
+}
+
+/// Largest value of a surface that is evidence, at least 0.
+float JointStage::Largest(const float* surface) const {
+  const auto [low, high] = std::minmax_element(surface, surface + kSurfaceArea);
+  return std::max({0.0F, *high, either_contrast_ ? -*low : 0.0F});
+}
+
+/// A block's evidence is limited by its largest value under all turns: with a limit for each turn,
+/// wrong turns would have as much evidence as the right one.
+void JointStage::LimitBlocks(const Surfaces& surfaces) {
+  for (std::size_t i = 0; i < surfaces.blocks.size(); ++i) {
+    const float* surface = surfaces.values.data() + i * kSurfaceArea;
+    float& most = most_[static_cast<std::size_t>(surfaces.blocks[i])];
+    most = std::max(most, Largest(surface));
   }
-  return static_cast<int>(centres_.size()) >= kMinBlocks;
 }
 
 /// Adds the evidence of one block under a turn, which moves the block so that its surface is read
 /// beside the shift. The surface is band-limited and interpolated before it is squared.
-/// @param measured_at  Turn at which the surface was measured.
-void JointStage::AddBlock(std::size_t block, int turn, int measured_at, Lattice& lattice) {
-  const double theta = (turn - measured_at) * lattice.turn_step;
-  const Eigen::Vector2d moved(-theta * centres_[block].y(), theta * centres_[block].x());
+void JointStage::AddBlock(const Surfaces& surfaces, std::size_t block, int turn, Lattice& lattice) {
+  const double theta = (turn - surfaces.measured_at) * lattice.turn_step;
+  const Eigen::Vector2d& centre = surfaces.centres[block];
+  const Eigen::Vector2d moved(-theta * centre.y(), theta * centre.x());
+  const float most = most_[static_cast<std::size_t>(surfaces.blocks[block])];
+  const float weight = 0.5F * kMaxBlockNats / std::max(kMaxBlockNats, 0.5F * most * most);
   const int left = static_cast<int>(std::floor(moved.x()));
   const int top = static_cast<int>(std::floor(moved.y()));
   const std::array<float, 4> across = CubicTaps(moved.x() - left);
   const std::array<float, 4> down = CubicTaps(moved.y() - top);
   const int side = kSurfaceSide;
-  const float* surface = surfaces_.data() + block * kSurfaceArea;
+  const float* surface = surfaces.values.data() + block * kSurfaceArea;
   // The part of the lattice for which all samples are on the surface.
   const int first_x = std::max(-lattice.reach, 1 - left - kSurfaceReach);
   const int last_x = std::min(lattice.reach, kSurfaceReach - 2 - left);
@@ -169,7 +187,7 @@ void JointStage::AddBlock(std::size_t block, int turn, int measured_at, Lattice&
     for (int x = first_x; x <= last_x; ++x) {
       const float z = across[0] * samples[x] + across[1] * samples[x + 1] +
                       across[2] * samples[x + 2] + across[3] * samples[x + 3];
-      sum[x] += z > 0 ? weights_[block] * z * z : 0.0F;
+      sum[x] += z > 0 || either_contrast_ ? weight * z * z : 0.0F;
     }
   }
 }
@@ -187,25 +205,36 @@ bool JointStage::MeasureEvidence(const Images& images,
   const auto side = static_cast<std::size_t>(lattice.Side());
   lattice.nats.assign(side * side * static_cast<std::size_t>(2 * lattice.turns + 1), 0);
   const int reach = static_cast<int>(same_turn / lattice.turn_step);
-  const auto add = [&](int middle) {
-    if (!MeasureSurfaces(images, MotionAt(lattice, start, {0, 0, 1.0 * middle}))) return false;
-    const int last = std::min(middle + reach, lattice.turns);
-    for (int turn = std::max(middle - reach, -lattice.turns); turn <= last; ++turn) {
-      for (std::size_t block = 0; block < centres_.size(); ++block) {
-        AddBlock(block, turn, middle, lattice);
+  middle_.measured_at = 0;
+  if (!MeasureSurfaces(images, start, middle_)) {
+    middle_.blocks.clear();
+    return false;
+  }
+  const int width = 2 * reach + 1;
+  const int strips = (lattice.turns + reach) / width;  // on each side
+  turned_.resize(static_cast<std::size_t>(2 * strips));
+  std::size_t strip = 0;
+  for (int at = -strips; at <= strips; ++at) {
+    if (at == 0) continue;
+    Surfaces& surfaces = turned_[strip++];
+    surfaces.measured_at = at * width;
+    const ImageMotion motion = MotionAt(lattice, start, {0, 0, 1.0 * surfaces.measured_at});
+    if (!MeasureSurfaces(images, motion, surfaces)) surfaces.blocks.clear();
+  }
+  most_.assign(static_cast<std::size_t>(blocks_.GridSize()), 0);
+  LimitBlocks(middle_);
+  for (const Surfaces& surfaces : turned_) LimitBlocks(surfaces);
+  const auto add = [&](const Surfaces& surfaces) {
+    const int last = std::min(surfaces.measured_at + reach, lattice.turns);
+    for (int turn = std::max(surfaces.measured_at - reach, -lattice.turns); turn <= last; ++turn) {
+      for (std::size_t block = 0; block < surfaces.blocks.size(); ++block) {
+        AddBlock(surfaces, block, turn, lattice);
       }
     }
-    return true;
   };
-  const int width = 2 * reach + 1;
-  for (int strip = (lattice.turns + reach) / width; strip > 0; --strip) {
-    add(-strip * width);
-    add(strip * width);
-  }
-  if (add(0)) return true;
-  std::fill(lattice.nats.begin(), lattice.nats.end(), 0.0F);
-  centres_.clear();
-  return false;
+  add(middle_);
+  for (const Surfaces& surfaces : turned_) add(surfaces);
+  return true;
 }
 
 /// @param at  A shift that is made before the turn, and the turn, lattice steps.
@@ -259,14 +288,15 @@ int JointStage::CountAgreeing(const Lattice& lattice, const Peak& peak) const {
   const int side = kSurfaceSide;
   const double theta = peak.turn * lattice.turn_step;
   int agreeing = 0;
-  for (std::size_t block = 0; block < centres_.size(); ++block) {
-    const Eigen::Vector2d& centre = centres_[block];
+  for (std::size_t block = 0; block < middle_.blocks.size(); ++block) {
+    const Eigen::Vector2d& centre = middle_.centres[block];
     const long column = std::lround(peak.x - theta * centre.y()) + kSurfaceReach;
     const long row = std::lround(peak.y + theta * centre.x()) + kSurfaceReach;
     if (column < 0 || row < 0 || column >= side || row >= side) continue;
-    const float* surface = surfaces_.data() + block * kSurfaceArea;
-    const float most = *std::max_element(surface, surface + side * side);
-    const float here = std::max(0.0F, surface[row * side + column]);
+    const float* surface = middle_.values.data() + block * kSurfaceArea;
+    const float most = Largest(surface);
+    const float value = surface[row * side + column];
+    const float here = either_contrast_ ? std::abs(value) : std::max(0.0F, value);
     if (0.5F * here * here > kSomeNats && 2 * here * here > most * most) ++agreeing;
   }
   return agreeing;
@@ -318,7 +348,7 @@ Registration JointStage::Match(const Images& images, const MotionPrior& prior) {
   const ImageMotion found = MotionAt(close, start, at);
   result.motion = frame_.ToFull(found);
   const Eigen::Matrix3d axes = FullAxes(close, start);
-  const Eigen::Matrix3d steps = CovarianceOf(information, centres_.size());
+  const Eigen::Matrix3d steps = CovarianceOf(information, middle_.blocks.size());
   result.covariance.topLeftCorner<3, 3>() = axes * steps * axes.transpose();
   // What little is seen may hang below the ceiling.
   const Eigen::Vector2d travel(result.motion.tx_px, result.motion.ty_px);
@@ -326,9 +356,9 @@ Registration JointStage::Match(const Images& images, const MotionPrior& prior) {
   result.covariance.topLeftCorner<2, 2>() +=
       height_sigma * height_sigma * travel * travel.transpose();
   result.overlap = OverlapOf(found, frame_.size);
-  result.blocks = static_cast<int>(centres_.size());
+  result.blocks = static_cast<int>(middle_.blocks.size());
   result.inliers = CountAgreeing(close, best);
-  const double all = kMaxBlockNats * static_cast<double>(centres_.size());
+  const double all = kMaxBlockNats * static_cast<double>(middle_.blocks.size());
   result.peak = best.nats / all;
   const Peak other = FindPeak(close, start, prior, &best, information);
   const double lead = std::min(best.score - other.score, first_lead);

@@ -24,6 +24,10 @@ namespace ceilmap::registration {
 /// blocks is the evidence of a motion. A block gives no more than a limited evidence, so that a
 /// thing that moved by itself, a lamp switched off, or a shadow does not outweigh the rest.
 ///
+/// Between recordings (RegistrarParams::same_recording false) either sign of z is evidence: a lamp
+/// that was bright is dark when switched off, and an edge that is lit from its other side is bright
+/// where it was dark.
+///
 /// Works on a level of half the resolution of the rough one: weak structures are large (edges of
 /// the ceiling, lamps, mouldings), and their noise is lower there.
 class JointStage {
@@ -60,6 +64,13 @@ class JointStage {
  private:
   using Lattice = EvidenceLattice;
   using Peak = EvidencePeak;
+  /// Correlation surfaces of the blocks at one motion.
+  struct Surfaces {
+    int measured_at = 0;                   // turn, lattice steps
+    std::vector<int> blocks;               // that could be measured
+    std::vector<Eigen::Vector2d> centres;  // of their content
+    std::vector<float> values;             // standard normal, one surface after the other
+  };
   struct Moments {
     double weight = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -69,8 +80,10 @@ class JointStage {
   [[nodiscard]] ImageMotion MotionOf(int block,
                                      const heights::HeightField* known,
                                      const ImageMotion& start) const;
-  bool MeasureSurfaces(const Images& images, const ImageMotion& start);
-  void AddBlock(std::size_t block, int turn, int measured_at, Lattice& lattice);
+  bool MeasureSurfaces(const Images& images, const ImageMotion& start, Surfaces& surfaces);
+  [[nodiscard]] float Largest(const float* surface) const;
+  void LimitBlocks(const Surfaces& surfaces);
+  void AddBlock(const Surfaces& surfaces, std::size_t block, int turn, Lattice& lattice);
   bool MeasureEvidence(const Images& images,
                        const ImageMotion& start,
                        double same_turn,
@@ -88,6 +101,7 @@ class JointStage {
   [[nodiscard]] std::vector<Eigen::Vector3d> Centres(const Lattice& lattice,
                                                      double sigma_px,
                                                      double sigma_rad) const;
+  [[nodiscard]] double Chance() const;
   void Accumulate(const Lattice& lattice,
                   const Eigen::Vector3d& centre,
                   const Eigen::Matrix3d& information,
@@ -97,14 +111,15 @@ class JointStage {
 
   LevelFrame frame_;  // of the level in the full image
   cv::Size rough_size_;
+  bool either_contrast_;  // between recordings: what was bright may be dark
   double half_diagonal_px_;
   BlockStage blocks_;
-  Eigen::Vector2d principal_px_;          // from the image's centre, level px
-  std::vector<Eigen::Vector2d> centres_;  // of the content of the measured blocks
-  std::vector<float> surfaces_;           // standard normal, one surface after the other
-  std::vector<float> weights_;            // of each block: nats per z^2
-  cv::Mat grey_;                          // scratch
-  std::vector<float> row_;                // scratch
+  Eigen::Vector2d principal_px_;  // from the image's centre, level px
+  Surfaces middle_;               // at the start of the last measurement
+  std::vector<Surfaces> turned_;  // at turns beside it
+  std::vector<float> most_;       // of each block's surfaces: the largest value
+  cv::Mat grey_;                  // scratch
+  std::vector<float> row_;        // scratch
 };
 
 }  // namespace ceilmap::registration

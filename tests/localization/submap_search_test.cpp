@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "calib/base/degrees.hpp"
+#include "localization/submap_evidence.hpp"
 #include "tests/localization/true_map.hpp"
 
 namespace ceilmap::localization {
@@ -35,7 +36,7 @@ class Drive {
  public:
   explicit Drive(const SyntheticCeiling& ceiling) : ceiling_(ceiling), submap_(view_) {}
 
-  const Submap& Along(Pose2 T_map_base, int steps = 12) {
+  const Submap& Along(Pose2 T_map_base, int steps = 12, bool inverted = false) {
     const Pose2 step{0.25, 0, 0};
     submap_.Clear();
     for (int i = 0; i < steps; ++i) {
@@ -47,7 +48,9 @@ class Drive {
       motion.scale = synthetic::kUnit_m / view_.MetresPerPixel();
       constexpr double kNoiseGrey = 8;
       const auto seed = static_cast<std::uint32_t>(i) + 7;
-      submap_.Add(ceiling_.Render(view_.Size(), motion, kNoiseGrey, seed), {});
+      cv::Mat image = ceiling_.Render(view_.Size(), motion, kNoiseGrey, seed);
+      if (inverted) image = 255 - image;
+      submap_.Add(image, {});
     }
     T_map_base_ = T_map_base;
     return submap_;
@@ -62,6 +65,13 @@ class Drive {
   Pose2 T_map_base_;
 };
 
+/// Whether a single search tells the place.
+bool IsClear(const SubmapSearch::Result& found) {
+  SubmapEvidence evidence;
+  evidence.Add(found, {}, 1);
+  return evidence.IsClear();
+}
+
 const TrueMap& WeakMap() {
   static const TrueMap map(Weak(1));
   return map;
@@ -74,7 +84,7 @@ TEST(SubmapSearch, FindsTheLastMetresUnderAWeakCeiling) {
     const Submap& submap = drive.Along(start);
     const auto found = search.Find(submap);
     ASSERT_TRUE(found);
-    EXPECT_TRUE(found->IsClear()) << found->score << " " << found->second;
+    EXPECT_TRUE(IsClear(*found)) << found->score << " " << found->second;
     EXPECT_LT(DistanceOf(found->pose.pose, drive.Last()), submap.Unit());
     EXPECT_LT(AngleBetween(found->pose.pose, drive.Last()), 1.5 * kRadPerDeg);
     const Eigen::Vector3d sigma = found->pose.covariance.diagonal().cwiseSqrt();
@@ -88,7 +98,20 @@ TEST(SubmapSearch, AnotherCeilingIsNotClear) {
     const SyntheticCeiling other(Weak(seed));
     Drive drive(other);
     const auto found = search.Find(drive.Along({1, 1, 0.5}));
-    EXPECT_FALSE(found && found->IsClear()) << found->score << " " << found->second;
+    EXPECT_FALSE(found && IsClear(*found)) << found->score << " " << found->second;
+  }
+}
+
+TEST(SubmapSearch, OtherLightMayMakeDarkOfBright) {
+  // Nothing but the directions of the edges is the same.
+  SubmapSearch search(*WeakMap().map);
+  Drive drive(WeakMap().ceiling);
+  for (const Pose2& start : {Pose2{0.5, 0.4, 0.3}, Pose2{3.2, 0.6, 1.4}}) {
+    const auto found = search.Find(drive.Along(start, 12, true));
+    ASSERT_TRUE(found);
+    EXPECT_GT(found->Lead(), 1);
+    const double sigma = std::sqrt(found->pose.covariance(0, 0));
+    EXPECT_LT(DistanceOf(found->pose.pose, drive.Last()), sigma);
   }
 }
 
@@ -98,7 +121,7 @@ TEST(SubmapSearch, IdenticalTilesAreNotClear) {
   Drive drive(map.ceiling);
   const auto found = search.Find(drive.Along({1, 1, 0.5}));
   ASSERT_TRUE(found);
-  EXPECT_FALSE(found->IsClear()) << found->score << " " << found->second;
+  EXPECT_FALSE(IsClear(*found)) << found->score << " " << found->second;
 }
 
 TEST(SubmapSearch, AHeadingExcludesOthers) {
