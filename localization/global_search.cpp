@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calib/level_view.hpp"
+#include "mapping/registration/faint.hpp"
 
 namespace ceilmap::localization {
 
@@ -18,12 +19,6 @@ constexpr double kMaxStepS = 0.3;
 
 constexpr double kSigmas = 4;
 constexpr double kProposalRad = 0.1;  // largest yaw error of a proposal
-
-// Under a ceiling with depth, matches of a smaller peak rest on few blocks of noisy images. A robot
-// that is followed was given poses off by 150 mm and 8 degrees, of standard deviations of 15 mm and
-// 0.15 degrees. All blocks jointly tell what is known. The bound is that of motions from frame to
-// frame (kClearPeak in mapping/frame_matching.cpp).
-constexpr double kFaintPeak = 0.13;
 
 /// The middle of two estimates of which one is wrong.
 PoseWithCovariance Either(const PoseWithCovariance& a, const PoseWithCovariance& b) {
@@ -74,13 +69,16 @@ void GlobalSearch::RestartSubmap() {
   searched_at_ = 0;
 }
 
-/// Starts the chain at a known place.
-void GlobalSearch::StartChain(const Pose2& T_map_base, const LevelFrame& frame) {
+/// Starts the chain at a place.
+void GlobalSearch::StartChain(const PoseWithCovariance& pose, const LevelFrame& frame) {
   chain_.Reset();
-  // What hangs below the ceiling moves faster in the image.
-  LevelFrame with_heights = frame;
-  with_heights.image.spectrum.SetHeights(matcher_.HeightsAt(T_map_base));
-  (void)chain_.Next(with_heights);
+  LevelFrame first = frame;
+  // What hangs below the ceiling moves faster in the image. Heights of another place mislead.
+  constexpr double kKnownRatio = 0.05;  // of the span
+  if (PositionSigma(pose.covariance) < kKnownRatio * matcher_.Span()) {
+    first.image.spectrum.SetHeights(matcher_.HeightsAt(pose.pose));
+  }
+  (void)chain_.Next(first);
   if (velocity_) chain_.Continue(*velocity_);
 }
 
@@ -90,7 +88,7 @@ void GlobalSearch::BeginAt(const PoseWithCovariance& pose,
   Reset();
   hypotheses_.Trust(pose);
   velocity_ = velocity;
-  StartChain(pose.pose, frame);
+  StartChain(pose, frame);
   begin_s_ = frame.stamp_s;
   last_placed_s_ = frame.stamp_s;
 }
@@ -116,7 +114,7 @@ bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
   covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
   submap_.Move(velocity_->Over(unplaced_s));
   hypotheses_.Move(velocity_->Over(unplaced_s), covariance, true);
-  StartChain(hypotheses_.Followed()->pose.pose, frame);
+  StartChain(hypotheses_.Followed()->pose, frame);
   return true;
 }
 
@@ -159,7 +157,7 @@ void GlobalSearch::MoveByWheels(const LevelFrame& frame,
   const double scale_sigma = length_m > 0 ? wheels.common.col(0).head<2>().norm() / length_m : 0;
   hypotheses_.Move(moved.pose, moved.covariance, true, scale_sigma);
   if (step || !hypotheses_.Follows()) return;
-  StartChain(hypotheses_.Followed()->pose.pose, frame);
+  StartChain(hypotheses_.Followed()->pose, frame);
 }
 
 /// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
@@ -310,7 +308,7 @@ void GlobalSearch::Extend(const LevelFrame& frame) {
   const cv::Mat& image = frame.image.pixels;
   submap_.Add(image, frame.tilt.IsLevel() ? cv::Mat() : calib::ContentMask(image));
   const Hypothesis* followed = hypotheses_.Followed();
-  if (new_keyframe_ && followed != nullptr) StartChain(followed->pose.pose, frame);
+  if (new_keyframe_ && followed != nullptr) StartChain(followed->pose, frame);
 }
 
 /// Where single frames show too little, the last metres together may determine the place.
@@ -339,7 +337,7 @@ void GlobalSearch::SearchSubmap(const LevelFrame& frame, const Known& known, boo
   }
   hypotheses_.Clear();
   hypotheses_.Trust(found->pose);
-  StartChain(found->pose.pose, frame);
+  StartChain(found->pose, frame);
 }
 
 namespace {
@@ -374,7 +372,7 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
   }
   const auto match_at = [&](const Hypothesis& h) {
     std::optional<MapMatch> match = MatchNear(h.pose.pose, spectrum, h.pose);
-    const bool faint = match && matcher_.HasDepth() && match->peak < kFaintPeak;
+    const bool faint = match && matcher_.HasDepth() && match->peak < registration::kFaintDepthPeak;
     if (h.trusted && (!match || faint)) match = matcher_.CorrectNear(h.pose, spectrum);
     return match;
   };

@@ -67,7 +67,7 @@ class GlobalSearch {
 
  private:
   void RestartSubmap();
-  void StartChain(const Pose2& T_map_base, const LevelFrame& frame);
+  void StartChain(const PoseWithCovariance& pose, const LevelFrame& frame);
   bool MoveOn(const LevelFrame& frame, double unplaced_s);
   void Bridge(double unplaced_s);
   bool Move(const LevelFrame& frame,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mapping/registration/faint.hpp"
+
 namespace ceilmap::mapping {
 
 using registration::FrameSpectrum;
@@ -121,12 +123,9 @@ bool Doubtful(const Registration& found,
          std::abs(WrapAngle(found.motion.theta_rad - prior.motion.theta_rad)) > kLikeRad;
 }
 
-/// In noisy images of a plain ceiling few blocks agree, mostly at the rims of lamps, which tell no
-/// turn: such turns were off by 3 to 10 standard deviations. All blocks jointly state how far it is
-/// known; where that is ambiguous, the frame has no motion.
+/// Few blocks agree: all of them jointly decide. Where they leave it open, the frame has no motion.
 bool IsFaint(const Registration& found) {
-  constexpr double kClearPeak = 0.13;  // 0.15 and more in halls and rooms whose structure is clear
-  return found.heights != nullptr && found.peak < kClearPeak;
+  return found.heights != nullptr && found.peak < registration::kFaintDepthPeak;
 }
 
 /// All blocks jointly may contradict a doubtful motion.
