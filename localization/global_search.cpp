@@ -55,7 +55,7 @@ void GlobalSearch::Reset(const std::optional<PoseWithCovariance>& start) {
   chain_.Reset();
   RestartSubmap();
   start_ = start;
-  velocity_.reset();
+  velocity_.Forget();
   predicted_ = 0;
   frames_ = 0;
   begin_s_.reset();
@@ -79,7 +79,7 @@ void GlobalSearch::StartChain(const PoseWithCovariance& pose, const LevelFrame& 
     first.image.spectrum.SetHeights(matcher_.HeightsAt(pose.pose));
   }
   (void)chain_.Next(first);
-  if (velocity_) chain_.Continue(*velocity_);
+  if (velocity_.IsKnown()) chain_.Continue(*velocity_.Velocity());
 }
 
 void GlobalSearch::BeginAt(const PoseWithCovariance& pose,
@@ -87,7 +87,7 @@ void GlobalSearch::BeginAt(const PoseWithCovariance& pose,
                            const std::optional<Twist2>& velocity) {
   Reset();
   hypotheses_.Trust(pose);
-  velocity_ = velocity;
+  velocity_.Start(velocity);
   StartChain(pose, frame);
   begin_s_ = frame.stamp_s;
   last_placed_s_ = frame.stamp_s;
@@ -102,18 +102,13 @@ void GlobalSearch::ChangeView() {
 /// Where a robot that is followed shows too little for a step: it moves on as before, for a few
 /// frames. False where that is not known.
 bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
-  constexpr double kSpeedSigma = 0.3;  // m/s
-  constexpr double kTurnSigma = 0.5;   // rad/s
-  if (!velocity_ || !hypotheses_.Follows() || unplaced_s > kMaxStepS ||
+  if (!velocity_.IsKnown() || !hypotheses_.Follows() || unplaced_s > kMaxStepS ||
       ++predicted_ > kMaxPredicted) {
     return false;
   }
-  const double sigma = kSpeedSigma * unplaced_s;
-  const double sigma_rad = kTurnSigma * unplaced_s;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  covariance.diagonal() << sigma * sigma, sigma * sigma, sigma_rad * sigma_rad;
-  submap_.Move(velocity_->Over(unplaced_s));
-  hypotheses_.Move(velocity_->Over(unplaced_s), covariance, true);
+  const PoseWithCovariance step = velocity_.MoveOn(unplaced_s);
+  submap_.Move(step.pose);
+  hypotheses_.Move(step.pose, step.covariance, true);
   StartChain(hypotheses_.Followed()->pose, frame);
   return true;
 }
@@ -121,11 +116,11 @@ bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
 /// Where the motion could not be measured: a new chain and the submap continue with that before,
 /// for a few frames. A longer way would distort the submap, which begins anew.
 void GlobalSearch::Bridge(double unplaced_s) {
-  if (velocity_ && unplaced_s <= kMaxStepS && ++predicted_ <= kMaxPredicted) {
-    chain_.Continue(*velocity_);
-    submap_.Move(velocity_->Over(unplaced_s));
+  if (velocity_.IsKnown() && unplaced_s <= kMaxStepS && ++predicted_ <= kMaxPredicted) {
+    submap_.Move(velocity_.MoveOn(unplaced_s).pose);
+    chain_.Continue(*velocity_.Velocity());
   } else {
-    velocity_.reset();
+    velocity_.Forget();
     RestartSubmap();
   }
 }
@@ -150,7 +145,7 @@ void GlobalSearch::MoveByWheels(const LevelFrame& frame,
     moved =
         SquaredDistance(seen, moved) < kSigmas * kSigmas ? Fused(seen, moved) : Either(seen, moved);
   }
-  if (unplaced_s > 0) velocity_ = Twist2::Mean(moved.pose, unplaced_s);
+  if (unplaced_s > 0) velocity_.Take(moved.pose, moved.covariance, unplaced_s);
   predicted_ = 0;
   submap_.Move(moved.pose);
   const double length_m = wheels.T_before_now.Translation().norm();
@@ -179,23 +174,23 @@ bool GlobalSearch::Move(const LevelFrame& frame,
   const bool shows = step || chain_.Began() || hypotheses_.Follows();
   if (wheels) {
     MoveByWheels(frame, step, *wheels, unplaced_s);
-    if (velocity_) result.velocity = {stamp_s - unplaced_s / 2, *velocity_};
+    if (velocity_.IsKnown()) {
+      result.velocity = {stamp_s - unplaced_s / 2, *velocity_.Velocity()};
+    }
     last_placed_s_ = stamp_s;
     return shows;
   }
   if (!shows) return false;
   if (step) {
     if (unplaced_s > 0) {
-      velocity_ = Twist2::Mean(step->T_before_now, unplaced_s);
+      velocity_.Take(step->T_before_now, step->covariance, unplaced_s);
       predicted_ = 0;
-      result.velocity = {stamp_s - unplaced_s / 2, *velocity_};
+      result.velocity = {stamp_s - unplaced_s / 2, *velocity_.Velocity()};
     }
     submap_.Move(step->T_before_now);
-    hypotheses_.Move(step->T_before_now,
-                     step->covariance,
-                     !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
+    hypotheses_.Move(*step, !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
   } else if (MoveOn(frame, unplaced_s)) {
-    result.velocity = {stamp_s, *velocity_};
+    result.velocity = {stamp_s, *velocity_.Velocity()};
   } else if (unplaced_s > 0) {
     Bridge(unplaced_s);
     hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unplaced_s,

@@ -12,6 +12,7 @@
 #include "localization/submap.hpp"
 #include "localization/submap_evidence.hpp"
 #include "localization/submap_search.hpp"
+#include "localization/velocity_estimate.hpp"
 #include "mapping/graph/keyframe.hpp"
 
 namespace ceilmap::localization {
@@ -102,7 +103,7 @@ class GlobalSearch {
   double searched_at_ = 0;     // travel at the latest search of the submap
   std::int64_t searches_ = 0;
   std::optional<PoseWithCovariance> start_;
-  std::optional<Twist2> velocity_;       // of the robot at the latest frame
+  VelocityEstimate velocity_;            // of the robot at the latest frame
   int predicted_ = 0;                    // consecutive frames that were placed by it alone
   int frames_ = 0;                       // since the search began
   std::optional<double> begin_s_;        // stamp of the first frame of the search

@@ -61,20 +61,33 @@ bool Hypotheses::Contains(const Pose2& T_map_base) const {
 
 namespace {
 
-/// Moves a hypothesis. Independent errors of the steps add up as variances, the common one as a
+/// Moves a pose. Independent errors of the steps add up as variances, the common one as a
 /// length: it is a constant that is not estimated, but whose effect on the pose is known
 /// (Schmidt-Kalman filter).
 void Follow(const Pose2& T_before_now,
             const Eigen::Matrix3d& covariance,
             double scale_sigma,
-            Hypothesis& h) {
-  const Eigen::Vector3d& common = h.common_error;
-  const Eigen::Matrix3d independent = h.pose.covariance - common * common.transpose();
-  const Eigen::Vector2d step = h.pose.pose.Rotation() * T_before_now.Translation();
-  h.pose = Moved({h.pose.pose, independent}, T_before_now, covariance);
-  h.common_error.head<2>() +=
-      common.z() * Eigen::Vector2d(-step.y(), step.x()) + scale_sigma * step;
-  h.pose.covariance += h.common_error * h.common_error.transpose();
+            PoseWithCovariance& pose,
+            Eigen::Vector3d& common) {
+  const Eigen::Matrix3d independent = pose.covariance - common * common.transpose();
+  const Eigen::Vector2d step = pose.pose.Rotation() * T_before_now.Translation();
+  pose = Moved({pose.pose, independent}, T_before_now, covariance);
+  common.head<2>() += common.z() * Eigen::Vector2d(-step.y(), step.x()) + scale_sigma * step;
+  pose.covariance += common * common.transpose();
+}
+
+/// Moves a hypothesis from its keyframe.
+void FollowFromKeyframe(const ChainStep::SinceKeyframe& since, double scale_sigma, Hypothesis& h) {
+  Hypothesis::Keyframe& from = *h.keyframe;
+  h.pose = from.pose;
+  h.common_error = from.common_error;
+  const Eigen::Vector2d step = from.pose.pose.Rotation() * since.T_keyframe_now.Translation();
+  Follow(since.T_keyframe_now, since.covariance, scale_sigma, h.pose, h.common_error);
+  Eigen::Matrix3d by_keyframe = Eigen::Matrix3d::Identity();
+  by_keyframe.topRightCorner<2, 1>() = Eigen::Vector2d(-step.y(), step.x());
+  Eigen::Vector3d by_scale = Eigen::Vector3d::Zero();
+  by_scale.head<2>() = scale_sigma * step;
+  from.cross = from.pose.covariance * by_keyframe.transpose() + from.common_error * by_scale.transpose();
 }
 
 /// A robot that was carried away finds its last place again by chance, under a ceiling of equal
@@ -85,9 +98,25 @@ void Miss(bool clear, Hypothesis& h) {
   if (clear && ++h.contradictions >= kMaxContradictions) h.trusted = false;
 }
 
-/// Takes a pose that was measured, or corrected.
+/// Takes a pose that was measured, or corrected. What it tells of the robot it tells of the
+/// keyframe, as far as the two are known together.
 void Take(const PoseWithCovariance& pose, Hypothesis& h) {
-  h.common_error = pose.covariance * h.pose.covariance.ldlt().solve(h.common_error);
+  const auto before = h.pose.covariance.ldlt();
+  if (h.keyframe) {
+    Hypothesis::Keyframe& keyframe = *h.keyframe;
+    const Eigen::Matrix3d gain = before.solve(keyframe.cross.transpose()).transpose();
+    const Eigen::Matrix3d change = pose.covariance - h.pose.covariance;
+    const Eigen::Vector3d moved(pose.pose.x - h.pose.pose.x,
+                                pose.pose.y - h.pose.pose.y,
+                                WrapAngle(pose.pose.yaw - h.pose.pose.yaw));
+    Pose2& T = keyframe.pose.pose;
+    const Eigen::Vector3d by = gain * moved;
+    T = {T.x + by.x(), T.y + by.y(), WrapAngle(T.yaw + by.z())};
+    keyframe.pose.covariance += gain * change * gain.transpose();
+    keyframe.common_error += gain * change * before.solve(h.common_error);
+    keyframe.cross = gain * pose.covariance;
+  }
+  h.common_error = pose.covariance * before.solve(h.common_error);
   h.pose = pose;
 }
 
@@ -100,14 +129,33 @@ void Hypotheses::Move(const Pose2& T_before_now,
   travelled_ += T_before_now.Translation().norm();
   since_confirmed_ += T_before_now.Translation().norm();
   for (Hypothesis& h : all_) {
-    Follow(T_before_now, covariance, scale_sigma, h);
+    Follow(T_before_now, covariance, scale_sigma, h.pose, h.common_error);
+    h.keyframe.reset();
     h.trusted = h.trusted && unambiguous;
+  }
+}
+
+void Hypotheses::Move(const ChainStep& step, bool unambiguous) {
+  travelled_ += step.T_before_now.Translation().norm();
+  since_confirmed_ += step.T_before_now.Translation().norm();
+  for (Hypothesis& h : all_) {
+    h.trusted = h.trusted && unambiguous;
+    if (!step.since_keyframe) h.keyframe.reset();
+    if (step.since_keyframe && step.since_keyframe->is_frame_before) {
+      h.keyframe = {h.pose, h.pose.covariance, h.common_error};
+    }
+    if (h.keyframe) {
+      FollowFromKeyframe(*step.since_keyframe, kStepScaleSigma, h);
+    } else {
+      Follow(step.T_before_now, step.covariance, kStepScaleSigma, h.pose, h.common_error);
+    }
   }
 }
 
 void Hypotheses::Spread(double sigma, double sigma_rad) {
   for (Hypothesis& h : all_) {
     h.trusted = false;
+    h.keyframe.reset();
     h.pose.covariance.diagonal() +=
         Eigen::Vector3d(sigma * sigma, sigma * sigma, sigma_rad * sigma_rad);
   }
@@ -119,7 +167,8 @@ void Hypotheses::Spread(double sigma, double sigma_rad) {
 
 void Hypotheses::Turn(const HeadingPrior& yaw) {
   for (Hypothesis& h : all_) {
-    Pose2& T = h.pose.pose;
+    PoseWithCovariance turned = h.pose;
+    Pose2& T = turned.pose;
     const double off = WrapAngle(yaw.heading_rad - T.yaw);
     const double variance = h.pose.covariance(2, 2) + yaw.variance_rad2;
     // The heading is disturbed, or the hypothesis is wrong: matching the image decides.
@@ -131,8 +180,9 @@ void Hypotheses::Turn(const HeadingPrior& yaw) {
     // Joseph form: the gain may equal 1 up to rounding.
     Eigen::Matrix3d left = Eigen::Matrix3d::Identity();
     left.col(2) -= gain;
-    h.pose.covariance =
+    turned.covariance =
         left * h.pose.covariance * left.transpose() + gain * yaw.variance_rad2 * gain.transpose();
+    Take(turned, h);
   }
 }
 

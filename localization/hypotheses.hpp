@@ -7,6 +7,7 @@
 #include "calib/base/weighted_pose.hpp"
 #include "localization/heading_track.hpp"
 #include "localization/motion_model.hpp"
+#include "localization/relative_odometry.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::localization {
@@ -48,6 +49,14 @@ struct Hypothesis {
   /// The part of the pose's error, in standard deviations, that all steps since the latest match
   /// have in common: (x, y, yaw) in the map, contained in the pose's covariance.
   Eigen::Vector3d common_error = Eigen::Vector3d::Zero();
+  /// The image since which the robot's own motion is measured: its pose is estimated with that of
+  /// the robot, because errors of the steps since then are not independent. Nothing: not known.
+  struct Keyframe {
+    PoseWithCovariance pose;
+    Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();  ///< covariance with Hypothesis::pose
+    Eigen::Vector3d common_error = Eigen::Vector3d::Zero();
+  };
+  std::optional<Keyframe> keyframe;
   int matches = 0;
   int confirmations = 0;    ///< matches that were not disambiguated_by_prior
   int misses = 0;           ///< consecutive frames without a match
@@ -86,6 +95,8 @@ class Hypotheses {
             const Eigen::Matrix3d& covariance,
             bool unambiguous,
             double scale_sigma = kStepScaleSigma);
+  /// Applies a motion that the ceiling shows.
+  void Move(const ChainStep& step, bool unambiguous);
   /// Adds an unknown motion in any direction; standard deviations in map units and radians.
   /// Hypotheses with a standard deviation above half the span are dropped.
   void Spread(double sigma, double sigma_rad);

@@ -39,6 +39,16 @@ struct ChainStep {
   /// Only all blocks together showed the motion (Registration::jointly): in another light, or with
   /// more noise, such an image may show nothing.
   bool weak = false;
+
+  /// What was measured: the motion since the image with which the frame was compared. The motions
+  /// since one keyframe have its errors in common, and no others.
+  struct SinceKeyframe {
+    Pose2 T_keyframe_now;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw)
+    bool is_frame_before = false;  ///< the keyframe is the frame before
+  };
+  /// Nothing where the keyframe is neither the frame before nor that of the step before.
+  std::optional<SinceKeyframe> since_keyframe;
 };
 
 /// The robot's own motion, from frame to frame, while its pose on the map is unknown. It moves the
