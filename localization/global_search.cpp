@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "calib/level_view.hpp"
@@ -57,6 +58,7 @@ void GlobalSearch::Reset(const std::optional<PoseWithCovariance>& start) {
   start_ = start;
   velocity_.Forget();
   predicted_ = 0;
+  waiting_s_ = 0;
   frames_ = 0;
   begin_s_.reset();
   last_placed_s_.reset();
@@ -99,6 +101,22 @@ void GlobalSearch::ChangeView() {
   finder_.SetView(matcher_.View());
 }
 
+/// A robot that is followed, whose velocity is not known yet: the next frame may show it. Its pose
+/// waits until then.
+bool GlobalSearch::MayWait(double unplaced_s) const {
+  return hypotheses_.Follows() && !velocity_.IsKnown() && waiting_s_ + unplaced_s <= kMaxStepS;
+}
+
+/// The way of a pose that waited, now that the velocity is known.
+void GlobalSearch::MoveAsNow() {
+  if (waiting_s_ > 0) {
+    const PoseWithCovariance step = velocity_.MoveOn(waiting_s_);
+    submap_.Move(step.pose);
+    hypotheses_.Move(step.pose, step.covariance, true);
+  }
+  waiting_s_ = 0;
+}
+
 /// Where a robot that is followed shows too little for a step: it moves on as before, for a few
 /// frames. False where that is not known.
 bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
@@ -106,6 +124,7 @@ bool GlobalSearch::MoveOn(const LevelFrame& frame, double unplaced_s) {
       ++predicted_ > kMaxPredicted) {
     return false;
   }
+  moved_on_from_ = hypotheses_.Followed()->pose;
   const PoseWithCovariance step = velocity_.MoveOn(unplaced_s);
   submap_.Move(step.pose);
   hypotheses_.Move(step.pose, step.covariance, true);
@@ -155,8 +174,21 @@ void GlobalSearch::MoveByWheels(const LevelFrame& frame,
   StartChain(hypotheses_.Followed()->pose, frame);
 }
 
+/// Where the motion was not measured, but the map shows the pose again.
+void GlobalSearch::LearnVelocity(double duration_s) {
+  const Hypothesis* followed = hypotheses_.Followed();
+  if (!moved_on_from_ || followed == nullptr || !followed->recognised || !(duration_s > 0)) return;
+  const PoseWithCovariance& now = followed->pose;
+  Eigen::Matrix3d to_base = Eigen::Matrix3d::Identity();
+  to_base.topLeftCorner<2, 2>() = moved_on_from_->pose.Rotation().transpose();
+  velocity_.Take(moved_on_from_->pose.Inverse() * now.pose,
+                 to_base * (moved_on_from_->covariance + now.covariance) * to_base.transpose(),
+                 duration_s);
+  predicted_ = 0;
+}
+
 /// Moves the hypotheses by the robot's own motion, if it can be measured. False when the image has
-/// no texture.
+/// no texture, or the pose waits for the next one.
 bool GlobalSearch::Move(const LevelFrame& frame,
                         const std::optional<wheels::RelativeMotion>& wheels,
                         Result& result) {
@@ -181,9 +213,11 @@ bool GlobalSearch::Move(const LevelFrame& frame,
     return shows;
   }
   if (!shows) return false;
+  bool waits = false;
   if (step) {
     if (unplaced_s > 0) {
       velocity_.Take(step->T_before_now, step->covariance, unplaced_s);
+      MoveAsNow();
       predicted_ = 0;
       result.velocity = {stamp_s - unplaced_s / 2, *velocity_.Velocity()};
     }
@@ -191,13 +225,17 @@ bool GlobalSearch::Move(const LevelFrame& frame,
     hypotheses_.Move(*step, !step->disambiguated_by_prior && unplaced_s < kMaxDropoutS);
   } else if (MoveOn(frame, unplaced_s)) {
     result.velocity = {stamp_s, *velocity_.Velocity()};
+  } else if (unplaced_s > 0 && MayWait(unplaced_s)) {
+    waiting_s_ += unplaced_s;
+    waits = true;
   } else if (unplaced_s > 0) {
+    const double unknown_s = unplaced_s + std::exchange(waiting_s_, 0);
     Bridge(unplaced_s);
-    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unplaced_s,
-                       kTurnNoiseWhenLost * unplaced_s);
+    hypotheses_.Spread(params_.speed_noise_when_lost_m_s * unknown_s,
+                       kTurnNoiseWhenLost * unknown_s);
   }
   last_placed_s_ = stamp_s;
-  return true;
+  return !waits;
 }
 
 namespace {
@@ -352,6 +390,8 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
                                         const FrameSpectrum& spectrum,
                                         const Known& all_known) {
   Result result;
+  const double stamp_before_s = last_placed_s_.value_or(frame.stamp_s);
+  moved_on_from_.reset();
   if (!Move(frame, all_known.wheels, result)) return result;
   ++frames_;
   ambiguous_matches_ = 0;
@@ -372,6 +412,7 @@ GlobalSearch::Result GlobalSearch::Next(const LevelFrame& frame,
     return match;
   };
   hypotheses_.MatchAll(match_at, result.elsewhere, known.usual_inliers);
+  LearnVelocity(frame.stamp_s - stamp_before_s);
   // A robot that is followed is probably where it is expected, above all where its wheels know its
   // place and nothing that is seen contradicts them, as in the dark.
   const bool expected = !result.elsewhere && WheelsKnow(known);

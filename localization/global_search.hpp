@@ -69,8 +69,11 @@ class GlobalSearch {
  private:
   void RestartSubmap();
   void StartChain(const PoseWithCovariance& pose, const LevelFrame& frame);
+  [[nodiscard]] bool MayWait(double unplaced_s) const;
+  void MoveAsNow();
   bool MoveOn(const LevelFrame& frame, double unplaced_s);
   void Bridge(double unplaced_s);
+  void LearnVelocity(double duration_s);
   bool Move(const LevelFrame& frame,
             const std::optional<wheels::RelativeMotion>& wheels,
             Result& result);
@@ -103,12 +106,14 @@ class GlobalSearch {
   double searched_at_ = 0;     // travel at the latest search of the submap
   std::int64_t searches_ = 0;
   std::optional<PoseWithCovariance> start_;
-  VelocityEstimate velocity_;            // of the robot at the latest frame
-  int predicted_ = 0;                    // consecutive frames that were placed by it alone
-  int frames_ = 0;                       // since the search began
-  std::optional<double> begin_s_;        // stamp of the first frame of the search
-  std::optional<double> last_placed_s_;  // stamp of the last frame placed by the chain
-  int ambiguous_matches_ = 0;            // places of this frame with several matching poses
+  VelocityEstimate velocity_;  // of the robot at the latest frame
+  int predicted_ = 0;          // consecutive frames that were placed by it alone
+  double waiting_s_ = 0;       // MayWait
+  std::optional<PoseWithCovariance> moved_on_from_;  // of the followed one, where MoveOn moved it
+  int frames_ = 0;                                   // since the search began
+  std::optional<double> begin_s_;                    // stamp of the first frame of the search
+  std::optional<double> last_placed_s_;              // stamp of the last frame placed by the chain
+  int ambiguous_matches_ = 0;  // places of this frame with several matching poses
 };
 
 }  // namespace ceilmap::localization

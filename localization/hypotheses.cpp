@@ -87,7 +87,8 @@ void FollowFromKeyframe(const ChainStep::SinceKeyframe& since, double scale_sigm
   by_keyframe.topRightCorner<2, 1>() = Eigen::Vector2d(-step.y(), step.x());
   Eigen::Vector3d by_scale = Eigen::Vector3d::Zero();
   by_scale.head<2>() = scale_sigma * step;
-  from.cross = from.pose.covariance * by_keyframe.transpose() + from.common_error * by_scale.transpose();
+  from.cross =
+      from.pose.covariance * by_keyframe.transpose() + from.common_error * by_scale.transpose();
 }
 
 /// A robot that was carried away finds its last place again by chance, under a ceiling of equal

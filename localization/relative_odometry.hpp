@@ -45,7 +45,7 @@ struct ChainStep {
   struct SinceKeyframe {
     Pose2 T_keyframe_now;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw)
-    bool is_frame_before = false;  ///< the keyframe is the frame before
+    bool is_frame_before = false;                          ///< the keyframe is the frame before
   };
   /// Nothing where the keyframe is neither the frame before nor that of the step before.
   std::optional<SinceKeyframe> since_keyframe;

@@ -194,6 +194,9 @@ Registration MatchAnyTexture(const calib::CeilingView& view,
   if (found.verdict != Verdict::kNoMatch && !doubtful && !faint) return found;
   Registration joint = MatchJointly(reference, spectrum, *prior, registrar);
   if (faint && joint.ok()) return joint;
+  // Of 16 such motions in a room of plain plaster the errors were 4 to 6 standard deviations RMS.
+  constexpr double kFaintSigmas = 5;
+  if (faint) found.covariance *= kFaintSigmas * kFaintSigmas;
   if (doubtful) return Contradicts(joint, found) ? joint : found;
   return joint.verdict == Verdict::kNoMatch ? found : joint;
 }
