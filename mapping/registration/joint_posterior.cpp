@@ -21,7 +21,7 @@ constexpr double kRigidTurn = 0.012;
 
 /// Evidence that the best of wrong motions has, nats.
 double JointStage::Chance() const {
-  const auto count = static_cast<double>(middle_.blocks.size());
+  const auto count = static_cast<double>(compared_);
   const double one_sign = kMeanChanceNats * count;
   const double beyond = kChanceNats * std::sqrt(count);
   return either_contrast_ ? 2 * one_sign + kBothSigns * beyond : one_sign + beyond;

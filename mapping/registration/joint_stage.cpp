@@ -192,6 +192,27 @@ void JointStage::AddBlock(const Surfaces& surfaces, std::size_t block, int turn,
   }
 }
 
+/// Adds the evidence of all blocks under a turn, of each where it was measured nearest to that turn.
+/// A block that a turn takes out of the image still counts there: otherwise the turn under which
+/// most of the image is compared would have most evidence.
+void JointStage::AddBlocks(int turn, Lattice& lattice) {
+  const auto off = [turn](const Surfaces& s) { return std::abs(turn - s.measured_at); };
+  by_distance_ = {&middle_};
+  for (const Surfaces& surfaces : turned_) by_distance_.push_back(&surfaces);
+  std::sort(by_distance_.begin(), by_distance_.end(), [&](const auto* a, const auto* b) {
+    return off(*a) < off(*b);
+  });
+  added_.assign(most_.size(), 0);
+  for (const Surfaces* surfaces : by_distance_) {
+    for (std::size_t i = 0; i < surfaces->blocks.size(); ++i) {
+      const auto block = static_cast<std::size_t>(surfaces->blocks[i]);
+      if (added_[block] == 0) AddBlock(*surfaces, i, turn, lattice);
+      added_[block] = 1;
+    }
+  }
+  compared_ = static_cast<int>(std::count(added_.begin(), added_.end(), 1));
+}
+
 /// Fills the lattice.
 /// @param same_turn  The surfaces are measured anew for turns that are further than this away, rad:
 /// a block's content turns with it. Measured at one turn only, the arcs of a round thing stay where
@@ -224,16 +245,7 @@ bool JointStage::MeasureEvidence(const Images& images,
   most_.assign(static_cast<std::size_t>(blocks_.GridSize()), 0);
   LimitBlocks(middle_);
   for (const Surfaces& surfaces : turned_) LimitBlocks(surfaces);
-  const auto add = [&](const Surfaces& surfaces) {
-    const int last = std::min(surfaces.measured_at + reach, lattice.turns);
-    for (int turn = std::max(surfaces.measured_at - reach, -lattice.turns); turn <= last; ++turn) {
-      for (std::size_t block = 0; block < surfaces.blocks.size(); ++block) {
-        AddBlock(surfaces, block, turn, lattice);
-      }
-    }
-  };
-  add(middle_);
-  for (const Surfaces& surfaces : turned_) add(surfaces);
+  for (int turn = -lattice.turns; turn <= lattice.turns; ++turn) AddBlocks(turn, lattice);
   return true;
 }
 

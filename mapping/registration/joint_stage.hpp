@@ -84,6 +84,7 @@ class JointStage {
   [[nodiscard]] float Largest(const float* surface) const;
   void LimitBlocks(const Surfaces& surfaces);
   void AddBlock(const Surfaces& surfaces, std::size_t block, int turn, Lattice& lattice);
+  void AddBlocks(int turn, Lattice& lattice);
   bool MeasureEvidence(const Images& images,
                        const ImageMotion& start,
                        double same_turn,
@@ -118,6 +119,9 @@ class JointStage {
   Surfaces middle_;               // at the start of the last measurement
   std::vector<Surfaces> turned_;  // at turns beside it
   std::vector<float> most_;       // of each block's surfaces: the largest value
+  int compared_ = 0;              // blocks that were measured at any turn
+  std::vector<const Surfaces*> by_distance_;  // scratch
+  std::vector<char> added_;                   // scratch
   cv::Mat grey_;                  // scratch
   std::vector<float> row_;        // scratch
 };
