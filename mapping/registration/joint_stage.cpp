@@ -192,9 +192,9 @@ void JointStage::AddBlock(const Surfaces& surfaces, std::size_t block, int turn,
   }
 }
 
-/// Adds the evidence of all blocks under a turn, of each where it was measured nearest to that turn.
-/// A block that a turn takes out of the image still counts there: otherwise the turn under which
-/// most of the image is compared would have most evidence.
+/// Adds the evidence of all blocks under a turn, of each where it was measured nearest to that
+/// turn. A block that a turn takes out of the image still counts there: otherwise the turn under
+/// which most of the image is compared would have most evidence.
 void JointStage::AddBlocks(int turn, Lattice& lattice) {
   const auto off = [turn](const Surfaces& s) { return std::abs(turn - s.measured_at); };
   by_distance_ = {&middle_};

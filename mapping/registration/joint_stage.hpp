@@ -115,15 +115,15 @@ class JointStage {
   bool either_contrast_;  // between recordings: what was bright may be dark
   double half_diagonal_px_;
   BlockStage blocks_;
-  Eigen::Vector2d principal_px_;  // from the image's centre, level px
-  Surfaces middle_;               // at the start of the last measurement
-  std::vector<Surfaces> turned_;  // at turns beside it
-  std::vector<float> most_;       // of each block's surfaces: the largest value
-  int compared_ = 0;              // blocks that were measured at any turn
+  Eigen::Vector2d principal_px_;              // from the image's centre, level px
+  Surfaces middle_;                           // at the start of the last measurement
+  std::vector<Surfaces> turned_;              // at turns beside it
+  std::vector<float> most_;                   // of each block's surfaces: the largest value
+  int compared_ = 0;                          // blocks that were measured at any turn
   std::vector<const Surfaces*> by_distance_;  // scratch
   std::vector<char> added_;                   // scratch
-  cv::Mat grey_;                  // scratch
-  std::vector<float> row_;        // scratch
+  cv::Mat grey_;                              // scratch
+  std::vector<float> row_;                    // scratch
 };
 
 }  // namespace ceilmap::registration

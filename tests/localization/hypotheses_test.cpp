@@ -334,6 +334,50 @@ TEST(HypothesesParams, AreChecked) {
   EXPECT_THROW(Hypotheses(kSpan, params), InputError);
 }
 
+ChainStep StepOf(const Pose2& T_before_now, const Pose2& T_keyframe_now, bool is_frame_before) {
+  ChainStep step;
+  step.T_before_now = T_before_now;
+  step.covariance = 2e-4 * Eigen::Matrix3d::Identity();
+  step.since_keyframe = {T_keyframe_now, 1e-4 * Eigen::Matrix3d::Identity(), is_frame_before};
+  return step;
+}
+
+TEST_F(HypothesesTest, StepsSinceOneKeyframeDoNotAddUp) {
+  const Eigen::Matrix3d known = 1e-6 * Eigen::Matrix3d::Identity();
+  hypotheses_.Trust({{}, known});
+  constexpr double kStep = 0.01;
+  for (int i = 1; i <= 10; ++i) {
+    // The frame before was measured 5 mm off: the step back is no motion of the robot.
+    const double off = i == 6 ? 0.005 : 0;
+    const double off_before = i == 7 ? 0.005 : 0;
+    hypotheses_.Move(StepOf({kStep + off - off_before, 0, 0}, {i * kStep + off, 0, 0}, i == 1),
+                     true);
+  }
+  const Hypothesis& h = hypotheses_.All().front();
+  EXPECT_NEAR(h.pose.pose.x, 10 * kStep, 1e-9);
+  EXPECT_NEAR(h.pose.covariance(2, 2), 1e-6 + 1e-4, 1e-9);
+  // A step without a known keyframe adds its own error.
+  ChainStep unknown = StepOf({kStep, 0, 0}, {}, false);
+  unknown.since_keyframe.reset();
+  hypotheses_.Move(unknown, true);
+  EXPECT_NEAR(h.pose.covariance(2, 2), 1e-6 + 1e-4 + 2e-4, 1e-9);
+}
+
+TEST_F(HypothesesTest, AMatchTellsThePoseOfTheKeyframeToo) {
+  Eigen::Matrix3d rough = Eigen::Matrix3d::Zero();
+  rough.diagonal() << 1e-2, 1e-2, 1e-4;
+  hypotheses_.Trust({{}, rough});
+  hypotheses_.Move(StepOf({0.01, 0, 0}, {0.01, 0, 0}, true), true);
+  MapMatch match = MatchAt({0.01, 0.05, 0}, 0.1);
+  hypotheses_.MatchAll([&](const Hypothesis&) { return std::optional(match); });
+  // The next frame is compared with the same keyframe. The match was much more exact than the
+  // keyframe's pose, so what is left is the error of the motion since then, twice.
+  hypotheses_.Move(StepOf({0.01, 0, 0}, {0.02, 0, 0}, false), true);
+  const Hypothesis& h = hypotheses_.All().front();
+  EXPECT_NEAR(h.pose.pose.y, 0.05, 1e-3);
+  EXPECT_NEAR(h.pose.covariance(1, 1), 2e-4, 3e-5);
+}
+
 TEST_F(HypothesesTest, ErrorsThatAllStepsHaveInCommonAddUpAsALength) {
   hypotheses_.Trust({{}, 1e-8 * Eigen::Matrix3d::Identity()});
   const auto drive = [&](int steps) {

@@ -72,6 +72,31 @@ TEST_F(RelativeOdometryTest, BlankBordersDoNotHoldTheRobot) {
   }
 }
 
+TEST_F(RelativeOdometryTest, StepsReferToKeyframes) {
+  const Pose2 step{0.08, 0.01, 0.04};
+  Pose2 T{1, 2, 0.5};
+  Pose2 T_keyframe = T;
+  Pose2 T_before = T;
+  EXPECT_FALSE(Next(T));
+  int keyframes = 0;
+  for (std::uint32_t i = 2; i < 25; ++i) {
+    T = T * step;
+    const auto measured = Next(T, i);
+    ASSERT_TRUE(measured && measured->since_keyframe) << i;
+    if (measured->since_keyframe->is_frame_before) {
+      T_keyframe = T_before;
+      ++keyframes;
+    }
+    const Pose2 off =
+        (T_keyframe.Inverse() * T).Inverse() * measured->since_keyframe->T_keyframe_now;
+    EXPECT_LT(off.Translation().norm(), 2e-3) << i;
+    EXPECT_LT(std::abs(off.yaw), 1e-3) << i;
+    T_before = T;
+  }
+  EXPECT_GT(keyframes, 1);
+  EXPECT_LT(keyframes, 20);
+}
+
 TEST_F(RelativeOdometryTest, AJumpBreaksIt) {
   Next({0, 0, 0});
   ASSERT_TRUE(Next({0.05, 0, 0}));
