@@ -67,6 +67,9 @@ class GlobalSearch {
   [[nodiscard]] std::int64_t Searches() const { return searches_; }
 
  private:
+  /// Standard deviation of the turn rate of a robot while it cannot be measured, rad/s.
+  static constexpr double kTurnNoiseWhenLost = 1.0;
+
   void RestartSubmap();
   void StartChain(const PoseWithCovariance& pose, const LevelFrame& frame);
   [[nodiscard]] bool MayWait(double unplaced_s) const;
