@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "calib/base/weighted_pose.hpp"
+#include "localization/chain_step.hpp"
 #include "localization/heading_track.hpp"
 #include "localization/motion_model.hpp"
-#include "localization/relative_odometry.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::localization {

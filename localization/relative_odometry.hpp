@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -10,6 +9,7 @@
 #include "calib/base/tilt.hpp"
 #include "calib/base/twist2.hpp"
 #include "calib/ceiling_view.hpp"
+#include "localization/chain_step.hpp"
 #include "mapping/registration/registrar.hpp"
 
 namespace ceilmap::localization {
@@ -22,33 +22,6 @@ struct LevelFrame {
   Tilt tilt = {};  ///< tilt that was removed from the image
   /// As measured: separates orientations from one frame to another.
   std::optional<HeadingPrior> heading = std::nullopt;
-};
-
-/// Motion of the robot between two frames.
-struct ChainStep {
-  Pose2 T_before_now;  ///< from the last frame placed in the chain
-  Eigen::Matrix3d covariance =
-      Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw), in the frame before
-  /// Several motions explain the images; the constant-velocity model alone chose this one (periodic
-  /// ceiling).
-  bool disambiguated_by_prior = false;
-  /// Later frames are compared with this frame, or the one before it, instead of earlier ones.
-  bool new_keyframe = false;
-  /// Fraction of the blocks that agree, 0..1.
-  double inlier_ratio = 0;
-  /// Only all blocks together showed the motion (Registration::jointly): in another light, or with
-  /// more noise, such an image may show nothing.
-  bool weak = false;
-
-  /// What was measured: the motion since the image with which the frame was compared. The motions
-  /// since one keyframe have its errors in common, and no others.
-  struct SinceKeyframe {
-    Pose2 T_keyframe_now;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its (x, y, yaw)
-    bool is_frame_before = false;                          ///< the keyframe is the frame before
-  };
-  /// Nothing where the keyframe is neither the frame before nor that of the step before.
-  std::optional<SinceKeyframe> since_keyframe;
 };
 
 /// The robot's own motion, from frame to frame, while its pose on the map is unknown. It moves the
