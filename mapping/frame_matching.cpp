@@ -144,7 +144,8 @@ bool Doubtful(const Registration& found,
          std::abs(WrapAngle(found.motion.theta_rad - prior.motion.theta_rad)) > kLikeRad;
 }
 
-/// Few blocks agree: all of them jointly decide. Where they leave it open, the frame has no motion.
+/// Few blocks agree: all of them jointly decide. Where they leave it open, the frame has no motion;
+/// where they show none, the motion counts less.
 bool IsFaint(const Registration& found) {
   return found.heights != nullptr && found.peak < registration::kFaintDepthPeak;
 }
