@@ -158,9 +158,15 @@ const FrameSpectrum::Coarse& CoarseStage::Of(FrameSpectrum::Data& data) {
   return data.coarse;
 }
 
-void CoarseStage::Analyze(const WorkingImage& image,
-                          const ImageNoise& noise,
-                          FrameSpectrum::Coarse& data) {
+bool CoarseStage::ShowsTexture(FrameSpectrum::Data& data) {
+  const std::scoped_lock lock(data.mutex);
+  if (!data.coarse_ready && !data.contrast_ready) Flatten(data.working, data.coarse);
+  data.contrast_ready = true;
+  return data.coarse.ShowsTexture();
+}
+
+/// Sets flat and contrast, and `windowed_`.
+void CoarseStage::Flatten(const WorkingImage& image, FrameSpectrum::Coarse& data) {
   std::copy_n(image.grey.data(), image.grey.size(), reduced_.data());
   const std::vector<float> fading =
       image.mask.empty() ? std::vector<float>() : FadingMask(image.mask);
@@ -180,6 +186,12 @@ void CoarseStage::Analyze(const WorkingImage& image,
   data.contrast = image.overexposed
                       ? 0
                       : static_cast<float>(std::sqrt(squares / static_cast<double>(poc_.Area())));
+}
+
+void CoarseStage::Analyze(const WorkingImage& image,
+                          const ImageNoise& noise,
+                          FrameSpectrum::Coarse& data) {
+  Flatten(image, data);
   data.noise = noise;
   data.spectrum.Resize(poc_.SpectrumSize());
   poc_.Transform(windowed_, data.spectrum);

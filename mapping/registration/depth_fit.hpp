@@ -41,6 +41,11 @@ struct DepthFit {
   double inlier_content = 0;  ///< the same over the inliers
   int inliers = 0;
   std::vector<BlockHeight> blocks;  ///< of each shift
+
+  /// Part of the texture of all blocks that is in those that agree, 0..1.
+  [[nodiscard]] double TexturedInliers() const {
+    return content > 0 ? inlier_content / content : 0;
+  }
 };
 
 /// Motion of a camera under a ceiling with a height at every place: one rotation and one

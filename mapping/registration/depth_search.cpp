@@ -13,7 +13,7 @@ Registration DepthSearch::Find(FrameSpectrum::Data& reference,
                                const std::optional<MotionPrior>& prior,
                                const std::optional<ImageMotion>& start) {
   const heights::HeightField known = depth_.OnGrid(given);
-  fine_.PrepareReference(reference);
+  fine_.PrepareRough(reference);
   depth_.PrepareReference(reference);
   constexpr double kReachPx = 30;
   Registration expected;

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <memory>
 
-#include "mapping/registration/level_preference.hpp"
-
 namespace ceilmap::registration {
 namespace {
 
 constexpr int kSmallBlockPx = 32;
 constexpr int kSmallBlocks = 300;
 constexpr int kMeasured = 300;  // blocks of a round
+// Blocks of the first round, which only brings the second one near, where most heights are known.
+constexpr int kFirstMeasured = 120;
 constexpr int kRoughBlocks = 48;
 constexpr int kRoughSearch = 8;  // rough pixels
 constexpr int kSmallSearch = 3;
@@ -61,6 +61,13 @@ PlaneCamera CameraOf(cv::Size size, const RegistrarParams& params) {
 /// Displacement of the reference plane between two level images, apart from the rotation.
 double TravelPx(const PlaneMotion& motion, const PlaneCamera& camera) {
   return camera.focal_px * std::hypot(motion.x, motion.y);
+}
+
+bool IsMostlyMeasured(const heights::HeightField& field) {
+  const auto measured = std::count_if(field.cells.begin(), field.cells.end(), [](const auto& cell) {
+    return cell.sigma < heights::kMeasuredSigma;
+  });
+  return 2 * measured > static_cast<std::ptrdiff_t>(field.cells.size());
 }
 
 /// Covariance of a motion with the errors that blocks share.
@@ -227,7 +234,8 @@ Eigen::Matrix4d DepthStage::OfImage(const PlaneMotion& motion,
 
 /// Where the scale of the heights is not known well yet, the longer travel shows better which of
 /// them belong to the reference plane. @return factor of all translations
-double DepthStage::ScaleToReference(double travel_px, heights::HeightField& field) const {
+double DepthStage::ScaleToReference(const PlaneMotion& motion, heights::HeightField& field) const {
+  const double travel_px = TravelPx(motion, camera_);
   const double sigma = std::hypot(kScaleSigma, kScaleErrorPx / std::max(travel_px, 1e-3));
   constexpr double kBetter = 0.7;
   if (travel_px < kMinTravelPx || sigma > kBetter * field.scale_sigma) return 1;
@@ -244,23 +252,33 @@ bool DepthStage::FitSmall(const FrameSpectrum::Data& reference,
                           const heights::HeightField& known,
                           const FrameSpectrum::Data& current,
                           bool fit_tilt,
-                          DepthFit& fit,
-                          heights::HeightField& field) {
-  field = known;
-  std::vector<PlaneShift> shifts;
+                          SmallFit& small) {
+  small.field = known;
   constexpr int kRounds = 2;
   for (int round = 0; round < kRounds; ++round) {
-    const auto chosen = small_.Select(reference.fine, current.fine, OnFine(fit.motion), kMeasured);
-    MeasureSmall(reference, field, current, fit.motion, chosen, shifts);
-    SetPriors(known, shifts);
-    DepthFitParams params;
-    params.fit_tilt = fit_tilt;
-    params.start_sigma_px = round == 0 ? 1.5 : 0.6;
-    fit = FitDepthMotion(fine_camera_, shifts, fit.motion, params);
-    if (!fit.ok) return false;
-    field = known;
-    Absorb(fit, shifts, field);
+    const int count = round == 0 && IsMostlyMeasured(known) ? kFirstMeasured : kMeasured;
+    const auto chosen =
+        small_.Select(reference.fine, current.fine, OnFine(small.fit.motion), count);
+    MeasureSmall(reference, small.field, current, small.fit.motion, chosen, small.shifts);
+    SetPriors(known, small.shifts);
+    if (!FitShifts(known, small.fit.motion, round == 0 ? 1.5 : 0.6, fit_tilt, small)) return false;
   }
+  return true;
+}
+
+/// Fits the measured blocks; `small.field` takes the heights.
+bool DepthStage::FitShifts(const heights::HeightField& known,
+                           const PlaneMotion& start,
+                           double start_sigma_px,
+                           bool fit_tilt,
+                           SmallFit& small) const {
+  DepthFitParams params;
+  params.fit_tilt = fit_tilt;
+  params.start_sigma_px = start_sigma_px;
+  small.fit = FitDepthMotion(fine_camera_, small.shifts, start, params);
+  if (!small.fit.ok) return false;
+  small.field = known;
+  Absorb(small.fit, small.shifts, small.field);
   return true;
 }
 
@@ -269,11 +287,14 @@ bool DepthStage::Fit(const FrameSpectrum::Data& reference,
                      const FrameSpectrum::Data& current,
                      const PlaneMotion& start,
                      bool fit_tilt,
-                     DepthFit& fit,
-                     heights::HeightField& field) {
-  fit = FitRough(reference, known, current, start, fit_tilt);
-  return fit.ok && fit.inliers >= kMinMatchInliers / 2 &&
-         FitSmall(reference, known, current, fit_tilt, fit, field);
+                     SmallFit& small) {
+  small.fit = FitRough(reference, known, current, start, fit_tilt);
+  return small.fit.ok && small.fit.inliers >= kMinMatchInliers / 2 &&
+         FitSmall(reference, known, current, fit_tilt, small);
+}
+
+bool DepthStage::EnoughAgree(const DepthFit& fit) {
+  return fit.inliers >= kMinMatchInliers && fit.support > kMinMatchSupport;
 }
 
 Registration DepthStage::Match(const FrameSpectrum::Data& reference,
@@ -284,11 +305,11 @@ Registration DepthStage::Match(const FrameSpectrum::Data& reference,
   result.motion = start;
   ImageMotion level = start;
   level.scale = 1;
-  DepthFit fit;
-  heights::HeightField field;
+  SmallFit small;
   const PlaneMotion from = PlaneMotion::FromSimilarity(camera_, level);
-  if (!Fit(reference, known, current, from, false, fit, field)) return result;
-  const double relative = ScaleToReference(TravelPx(fit.motion, camera_), field);
+  if (!Fit(reference, known, current, from, false, small)) return result;
+  auto& [fit, field, shifts] = small;
+  const double relative = ScaleToReference(fit.motion, field);
   fit.motion.x *= relative;
   fit.motion.y *= relative;
   result.rescaled = relative;
@@ -298,51 +319,16 @@ Registration DepthStage::Match(const FrameSpectrum::Data& reference,
   result.peak = fit.support / std::max<double>(1, static_cast<double>(fit.blocks.size()));
   result.overlap = OverlapOf(OnFine(fit.motion), fine_frame_.size);
   if (fit.content > 0) result.textured_peak = fit.support / fit.content;
-  result.textured_inliers = TexturedInliers(fit);
+  result.textured_inliers = fit.TexturedInliers();
   const double sigma = std::sqrt(OfImage(fit.motion, fit.spread).diagonal().head<2>().maxCoeff());
   Eigen::Matrix<double, 6, 6> stated = WithSharedErrors(fit);
   const Eigen::Vector2d t(fit.motion.x, fit.motion.y);
   stated.topLeftCorner<2, 2>() += field.scale_sigma * field.scale_sigma * t * t.transpose();
   result.covariance = OfImage(fit.motion, stated);
-  if (fit.inliers >= kMinMatchInliers && fit.inliers >= kMinMatchInlierRatio * result.blocks &&
-      fit.support > kMinMatchSupport && result.peak > kMinMatchPeak &&
-      sigma < kMaxMatchSigmaPx * std::max(1.0, fine_frame_.factor)) {
+  if (EnoughAgree(fit) && fit.inliers >= kMinMatchInlierRatio * result.blocks &&
+      result.peak > kMinMatchPeak && sigma < kMaxMatchSigmaPx * std::max(1.0, fine_frame_.factor)) {
     result.verdict = Verdict::kOk;
     result.heights = std::make_shared<const heights::HeightField>(std::move(field));
-  }
-  return result;
-}
-
-PlaneFit DepthStage::MatchTilted(const FrameSpectrum::Data& reference,
-                                 const heights::HeightField& known,
-                                 const FrameSpectrum::Data& current,
-                                 const PlaneMotion& start) {
-  PlaneFit result;
-  result.motion = start;
-  DepthFit fit;
-  heights::HeightField field;
-  if (!Fit(reference, known, current, start, true, fit, field)) return result;
-  result.motion = fit.motion;
-  result.covariance = fit.spread;
-  result.tilt_spread = fit.spread.bottomRightCorner<2, 2>();
-  result.sigma_px = fine_frame_.factor * fit.sigma_px;
-  result.inliers = fit.inliers;
-  result.blocks = static_cast<int>(fit.blocks.size());
-  result.ok = fit.inliers >= kMinMatchInliers && fit.support > kMinMatchSupport;
-  const DepthFit tilted = fit;
-  // The position that a level camera would have: tilt and position are correlated.
-  PlaneMotion level = PlaneMotion::FromSimilarity(camera_, start.ToSimilarity(camera_));
-  level.height = 0;
-  if (TexturedInliers(tilted) < kSoundTexture) {
-    // A start that is far off would speak against a level camera.
-    fit = FitRough(reference, known, current, level, false);
-    if (fit.ok) level = fit.motion;
-  }
-  fit.motion = level;
-  if (result.ok && FitSmall(reference, known, current, false, fit, field)) {
-    PreferLevel(tilted, fit, result);
-    ScaleToReference(TravelPx(fit.motion, camera_), field);
-    result.level_heights = std::make_shared<const heights::HeightField>(std::move(field));
   }
   return result;
 }

@@ -21,7 +21,7 @@ class DepthStage {
  public:
   DepthStage(cv::Size size, const RegistrarParams& params);
 
-  /// Prepares `data` as a reference; once, thread-safe. FineStage::PrepareReference comes first.
+  /// Prepares `data` as a reference; once, thread-safe. FineStage::PrepareRough comes first.
   void PrepareReference(FrameSpectrum::Data& data);
 
   /// The grid of cells, one for each small block; all unknown.
@@ -61,26 +61,40 @@ class DepthStage {
                                                const ImageMotion& motion) const;
 
  private:
+  /// A fit at full resolution.
+  struct SmallFit {
+    DepthFit fit;
+    heights::HeightField field;      // refined
+    std::vector<PlaneShift> shifts;  // that were fitted
+  };
   DepthFit FitRough(const FrameSpectrum::Data& reference,
                     const heights::HeightField& known,
                     const FrameSpectrum::Data& current,
                     const PlaneMotion& start,
                     bool fit_tilt);
-  /// Measures and fits at full resolution from fit.motion; `field` takes the heights.
+  /// Measures and fits at full resolution from small.fit.motion.
   bool FitSmall(const FrameSpectrum::Data& reference,
                 const heights::HeightField& known,
                 const FrameSpectrum::Data& current,
                 bool fit_tilt,
-                DepthFit& fit,
-                heights::HeightField& field);
+                SmallFit& small);
+  bool FitShifts(const heights::HeightField& known,
+                 const PlaneMotion& start,
+                 double start_sigma_px,
+                 bool fit_tilt,
+                 SmallFit& small) const;
+  bool FitLevel(const FrameSpectrum::Data& reference,
+                const heights::HeightField& known,
+                const FrameSpectrum::Data& current,
+                const PlaneMotion& start,
+                SmallFit& small);
   /// FitRough from `start`, then FitSmall. @return false where too few blocks agree.
   bool Fit(const FrameSpectrum::Data& reference,
            const heights::HeightField& known,
            const FrameSpectrum::Data& current,
            const PlaneMotion& start,
            bool fit_tilt,
-           DepthFit& fit,
-           heights::HeightField& field);
+           SmallFit& small);
   void MeasureSmall(const FrameSpectrum::Data& reference,
                     const heights::HeightField& known,
                     const FrameSpectrum::Data& current,
@@ -96,7 +110,8 @@ class DepthStage {
   /// Of the motion of the image. @param covariance  DepthFit::covariance or spread.
   [[nodiscard]] Eigen::Matrix4d OfImage(const PlaneMotion& motion,
                                         const Eigen::Matrix<double, 6, 6>& covariance) const;
-  double ScaleToReference(double travel_px, heights::HeightField& field) const;
+  double ScaleToReference(const PlaneMotion& motion, heights::HeightField& field) const;
+  [[nodiscard]] static bool EnoughAgree(const DepthFit& fit);
 
   RegistrarParams params_;
   LevelFrame fine_frame_;

@@ -78,6 +78,10 @@ void FineStage::Analyze(const cv::Mat& grey, const cv::Mat& mask, FrameSpectrum:
 
 void FineStage::PrepareReference(FrameSpectrum::Data& data) {
   PrepareFine(data);
+  PrepareRough(data);
+}
+
+void FineStage::PrepareRough(FrameSpectrum::Data& data) {
   const std::scoped_lock lock(data.mutex);
   if (data.rough_ready) return;
   rough_.PrepareReference(data.rough);

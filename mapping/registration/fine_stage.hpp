@@ -66,6 +66,8 @@ class FineStage {
   void PrepareReference(FrameSpectrum::Data& data);
   /// The same for RefinePlane only.
   void PrepareFine(FrameSpectrum::Data& data);
+  /// The same for DepthStage.
+  void PrepareRough(FrameSpectrum::Data& data);
 
   /// Motions on which local features of the images agree (MotionsOfFeatures); computes and keeps
   /// the features of an image once, thread-safe.

@@ -69,7 +69,8 @@ struct FrameSpectrum::Data {
   std::mutex mutex;  ///< of all below and the blocks of the levels
   Coarse coarse;     ///< CoarseStage::Of
   bool coarse_ready = false;
-  std::optional<bool> unique;  ///< PlaneSearch::IsUnique
+  bool contrast_ready = false;  ///< only Coarse::flat and contrast
+  std::optional<bool> unique;   ///< PlaneSearch::IsUnique
   bool rough_ready = false;
   bool fine_ready = false;
   bool small_ready = false;

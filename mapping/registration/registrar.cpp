@@ -81,6 +81,7 @@ std::shared_ptr<FrameSpectrum::Data> Registrar::Impl::Analyze(const cv::Mat& gre
                                                               const Encoding& encoding) {
   std::shared_ptr<Data> data = BufferPool<Data>::Take(pool);
   data->coarse_ready = false;
+  data->contrast_ready = false;
   data->unique.reset();
   data->rough_ready = false;
   data->fine_ready = false;
@@ -156,6 +157,7 @@ void FrameSpectrum::ReleaseBlocks() {
   data_->ReleaseBlocks();
   data_->coarse = Coarse();
   data_->coarse_ready = false;
+  data_->contrast_ready = false;
 }
 
 bool FrameSpectrum::IsBlurredBeside(double sharp_loss) const {
@@ -225,7 +227,7 @@ Registration Registrar::CorrectJointly(const FrameSpectrum& reference,
 PlaneFit Registrar::RefineWithDepth(const FrameSpectrum& reference,
                                     const FrameSpectrum& current,
                                     const PlaneMotion& start) {
-  impl_->fine.PrepareReference(*reference.data_);
+  impl_->fine.PrepareRough(*reference.data_);
   impl_->Depth().PrepareReference(*reference.data_);
   return impl_->depth->MatchTilted(
       *reference.data_, impl_->Depth().OnGrid(*reference.heights_), *current.data_, start);
@@ -243,7 +245,7 @@ heights::HeightField Registrar::PredictHeights(const FrameSpectrum& reference,
 heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
                                               const FrameSpectrum& other,
                                               const ImageMotion& motion) {
-  impl_->fine.PrepareReference(*reference.data_);
+  impl_->fine.PrepareRough(*reference.data_);
   impl_->Depth().PrepareReference(*reference.data_);
   return impl_->Depth().Refined(
       *reference.data_, impl_->Depth().OnGrid(*reference.heights_), *other.data_, motion);
@@ -261,7 +263,7 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     Registration near = search.FindNear(ref, cur, *prior, effort);
     if (near.ok()) return near;
   }
-  if (!impl_->coarse.Of(ref).ShowsTexture() || !impl_->coarse.Of(cur).ShowsTexture()) {
+  if (!impl_->coarse.ShowsTexture(ref) || !impl_->coarse.ShowsTexture(cur)) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;
@@ -310,7 +312,6 @@ std::vector<PlaneShift> Registrar::MeasureWithDepth(const FrameSpectrum& referen
                                                     const PlaneMotion& motion,
                                                     int count) {
   CheckNotEmpty(reference, current, "MeasureWithDepth");
-  impl_->fine.PrepareFine(*reference.data_);
   DepthStage& depth = impl_->Depth();
   depth.PrepareReference(*reference.data_);
   return depth.Measure(

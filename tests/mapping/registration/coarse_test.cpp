@@ -89,6 +89,21 @@ TEST_F(CoarseStageTest, TriesOnlyRotationsInRange) {
   }
 }
 
+TEST_F(CoarseStageTest, TextureIsToldBeforeTheSpectraAndAfter) {
+  const cv::Mat plain(kImageSize, CV_8UC1, cv::Scalar(120));
+  for (const bool textured : {false, true}) {
+    const cv::Mat image = textured ? ceiling_.Render(kImageSize) : plain;
+    FrameSpectrum::Data data;
+    data.noise = MakeNoise(EstimateNoise(image));
+    stage_.Reduce(image, {}, data.working);
+    EXPECT_EQ(stage_.ShowsTexture(data), textured);
+    EXPECT_TRUE(data.coarse.spectrum.empty());
+    EXPECT_EQ(stage_.Of(data).ShowsTexture(), textured);
+    EXPECT_FALSE(data.coarse.spectrum.empty());
+    EXPECT_EQ(stage_.ShowsTexture(data), textured);
+  }
+}
+
 TEST_F(CoarseStageTest, ContrastIsThatOfTheTexture) {
   Analyze(cv::Mat(kImageSize, CV_8UC1, cv::Scalar(200)), reference_);
   EXPECT_LT(reference_.contrast, 0.01);
