@@ -50,7 +50,7 @@ class CoarseStage {
   /// The coarse part of an image; analysed at the first call, thread-safe.
   const FrameSpectrum::Coarse& Of(FrameSpectrum::Data& data);
 
-  /// Coarse::ShowsTexture without the spectra of Of, for a third of its time; once, thread-safe.
+  /// Coarse::ShowsTexture for images that may not need the spectra of Of; once, thread-safe.
   bool ShowsTexture(FrameSpectrum::Data& data);
 
   /// Possible motions, best score first; may be empty.

@@ -21,7 +21,8 @@ class DepthStage {
  public:
   DepthStage(cv::Size size, const RegistrarParams& params);
 
-  /// Prepares `data` as a reference; once, thread-safe. FineStage::PrepareRough comes first.
+  /// Prepares `data` as a reference; once, thread-safe. Match and MatchTilted need
+  /// FineStage::PrepareRough besides.
   void PrepareReference(FrameSpectrum::Data& data);
 
   /// The grid of cells, one for each small block; all unknown.

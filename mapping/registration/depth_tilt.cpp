@@ -79,7 +79,7 @@ bool DepthStage::FitLevel(const FrameSpectrum::Data& reference,
     motion.height = motion.tilt_x = motion.tilt_y = 0;
     return motion;
   };
-  // A level camera sees the blocks within a pixel of where they were measured.
+  // A level camera sees the blocks within about a pixel of where they were measured.
   constexpr double kSamePx = 1;
   const double tilt = std::hypot(small.fit.motion.tilt_x, small.fit.motion.tilt_y);
   if (fine_camera_.focal_px * tilt < kSamePx) {

@@ -245,7 +245,6 @@ heights::HeightField Registrar::PredictHeights(const FrameSpectrum& reference,
 heights::HeightField Registrar::RefineHeights(const FrameSpectrum& reference,
                                               const FrameSpectrum& other,
                                               const ImageMotion& motion) {
-  impl_->fine.PrepareRough(*reference.data_);
   impl_->Depth().PrepareReference(*reference.data_);
   return impl_->Depth().Refined(
       *reference.data_, impl_->Depth().OnGrid(*reference.heights_), *other.data_, motion);
@@ -263,7 +262,12 @@ Registration Registrar::Register(const FrameSpectrum& reference,
     Registration near = search.FindNear(ref, cur, *prior, effort);
     if (near.ok()) return near;
   }
-  if (!impl_->coarse.ShowsTexture(ref) || !impl_->coarse.ShowsTexture(cur)) {
+  // Near an expected motion, depth needs no spectra; the search for one plane always does.
+  const auto shows_texture = [&](FrameSpectrum::Data& image) {
+    return reference.heights_ ? impl_->coarse.ShowsTexture(image)
+                              : impl_->coarse.Of(image).ShowsTexture();
+  };
+  if (!shows_texture(ref) || !shows_texture(cur)) {
     Registration none;
     none.verdict = Verdict::kNoTexture;
     return none;
