@@ -61,6 +61,26 @@ TEST_F(RegistrarDepth, BlocksAreFoundWhereTheirHeightsPredictThem) {
   EXPECT_GT(strips, 15);
 }
 
+/// Errors of heights that grow towards the image's border look like a keystone.
+TEST_F(RegistrarDepth, HeightsThatAreWrongAreNoTilt) {
+  const ImageMotion truth{4, 50, 0.03};
+  FrameSpectrum reference = See({}, 1);
+  HeightField field =
+      *registrar_.RegisterWithDepth(reference, See({4, 30, 0.03}, 2), Near({4, 30, 0.03})).heights;
+  constexpr double kBorderError = 0.1;
+  for (std::size_t i = 0; i < field.cells.size(); ++i) {
+    const double off = field.Centre(i).y() / (kDeckSize.height / 2.0);
+    field.cells[i].rho += static_cast<float>(kBorderError * off * off);
+    field.cells[i].sigma = std::max(field.cells[i].sigma, 0.01F);
+  }
+  reference.SetHeights(std::make_shared<const HeightField>(std::move(field)));
+  constexpr double kFocalPx = 640;
+  const PlaneFit fit = registrar_.RefineWithDepth(
+      reference, See(truth, 3), PlaneMotion::FromSimilarity({kFocalPx}, truth));
+  ASSERT_TRUE(fit.ok);
+  EXPECT_LT(std::hypot(fit.motion.tilt_x, fit.motion.tilt_y), 5e-4);
+}
+
 TEST_F(RegistrarDepth, OneImageShowsHeightsAndTheReferencePlane) {
   const ImageMotion truth{4, 30, 0.03};
   const FrameSpectrum reference = See({}, 1);
