@@ -43,6 +43,22 @@ constexpr double kMinOverlap = 0.55;
 constexpr double kCorrectRad = 1.5e-3;
 constexpr int kCorrectAfter = 3;
 
+/// The ceiling's first keyframe of a rolling shutter: rectified before any velocity was measured.
+struct Guess {
+  cv::Mat up;  // as taken
+  double stamp_s = 0;
+  registration::Encoding encoding;
+  Twist2 velocity;
+};
+
+/// Whether a robot that accelerates may reach one velocity from the other.
+bool IsReached(const Twist2& from, const Twist2& to, double duration_s) {
+  constexpr double kAcceleration = 2;     // m/s^2
+  constexpr double kYawAcceleration = 5;  // rad/s^2
+  return (to.linear_m_s - from.linear_m_s).norm() < kAcceleration * duration_s &&
+         std::abs(to.yaw_rad_s - from.yaw_rad_s) < kYawAcceleration * duration_s;
+}
+
 /// A frame stored as a candidate for the next keyframe.
 struct Moment {
   CeilingTracker::Frame ceiling;
@@ -52,6 +68,7 @@ struct Moment {
   bool level = false;
   // Of the tilt that the rows of a rolling shutter show, because the velocity is not known better.
   double shutter_variance = 0;
+  Twist2 assumed;  // velocity with which the ceiling's image was rectified
 };
 
 bool IsSteady(const Moment& moment) {
@@ -112,6 +129,7 @@ struct TiltEstimator::Impl {
   int contradictions = 0;       // consecutive
   bool tilted_since = false;    // a tilted frame was measured since the last keyframe
   bool bare_reference = false;  // the ceiling's reference has no texture
+  std::optional<Guess> guess;   // until the first velocity is measured
 
   struct Seen {
     std::optional<CeilingMotion> ceiling;
@@ -120,6 +138,7 @@ struct TiltEstimator::Impl {
   void Check(const TiltFrame& frame) const;
   [[nodiscard]] Pose2 Apparent(const Isometry3d& T_reference_base) const;
   [[nodiscard]] std::optional<StampedTwist2> MeanVelocity(const Moment& moment) const;
+  bool CorrectGuess(const Twist2& now, double stamp_s);
   std::optional<CeilingMotion> MeasureCeiling(const TiltFrame& frame, Moment& moment);
   Seen Observe(const TiltFrame& frame, Moment& moment);
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
@@ -129,7 +148,7 @@ struct TiltEstimator::Impl {
   void ApplyCorrection(Moment& moment, TiltEstimate& estimate);
   void Renew(const Seen& seen);
   [[nodiscard]] bool WantsNewBeginning(const Moment& moment);
-  void BeginAnew(Moment& moment, const TiltEstimate& estimate);
+  void BeginAnew(const TiltFrame& frame, Moment& moment, const TiltEstimate& estimate);
   void CountFrom(const Moment& keyframe);
   void MakeKeyframe(const Moment& moment);
   void MakeTiltedKeyframe(const Moment& moment, const Tilt& tilt);
@@ -161,6 +180,20 @@ std::optional<StampedTwist2> TiltEstimator::Impl::MeanVelocity(const Moment& mom
   return StampedTwist2{now.stamp_s - duration_s / 2, Twist2::Mean(T_before_now, duration_s)};
 }
 
+/// Two images that were rectified with the same wrong velocity are distorted alike, and show the
+/// right one. The ceiling's keyframe is then rectified with it, or all later images would seem
+/// tilted. @return  whether the images must be compared again.
+bool TiltEstimator::Impl::CorrectGuess(const Twist2& now, double stamp_s) {
+  if (!guess || velocity.IsExact(guess->velocity, now) ||
+      IsReached(guess->velocity, now, stamp_s - guess->stamp_s)) {
+    return false;
+  }
+  guess->velocity = now;
+  ceiling.SetReference(
+      ceiling.Analyze(view.Rectify(guess->up, rectified, now), guess->stamp_s, guess->encoding));
+  return true;
+}
+
 /// An image of a rolling shutter needs the velocity that it serves to measure. It is measured again
 /// where the predicted one was wrong.
 std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame& frame,
@@ -168,6 +201,7 @@ std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame
   constexpr int kMaxAgain = 2;
   Twist2 assumed = velocity.At(frame.stamp_s, frame.velocity);
   for (int again = 0;; ++again) {
+    moment.assumed = assumed;
     moment.ceiling =
         ceiling.Analyze(view.Rectify(frame.up, rectified, assumed), frame.stamp_s, frame.encoding);
     std::optional<CeilingMotion> seen = ceiling.Measure(moment.ceiling);
@@ -175,7 +209,9 @@ std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame
     const std::optional<StampedTwist2> mean = MeanVelocity(moment);
     if (!mean) return seen;
     const ShutterVelocity::Estimate now = velocity.With(*mean, frame.stamp_s);
-    if (again == kMaxAgain || velocity.IsExact(assumed, now.velocity)) {
+    const bool corrected = again < kMaxAgain && CorrectGuess(now.velocity, frame.stamp_s);
+    if (again == kMaxAgain || (!corrected && velocity.IsExact(assumed, now.velocity))) {
+      guess.reset();
       velocity.Add(*mean);
       moment.shutter_variance = now.tilt_variance;
       seen->covariance += now.tilt_variance * Eigen::Matrix2d::Identity();
@@ -353,7 +389,9 @@ bool TiltEstimator::Impl::WantsNewBeginning(const Moment& moment) {
   return bare_reference && ceiling_failed > 0 && !ceiling.IsBare(moment.ceiling);
 }
 
-void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate) {
+void TiltEstimator::Impl::BeginAnew(const TiltFrame& frame,
+                                    Moment& moment,
+                                    const TiltEstimate& estimate) {
   moment.ceiling.T_reference_base = Isometry3d::Identity();
   moment.has_pose = true;
   T_reference_forward.reset();
@@ -366,6 +404,10 @@ void TiltEstimator::Impl::BeginAnew(Moment& moment, const TiltEstimate& estimate
   if (report.frames > 1) reference_variance = std::pow(kAssumedSigmaRad, 2);
   ceiling_failed = 0;
   bare_reference = ceiling.IsBare(moment.ceiling);
+  guess.reset();
+  if (view.HasRollingShutter() && moment.level) {
+    guess = Guess{frame.up.clone(), frame.stamp_s, frame.encoding, moment.assumed};
+  }
 }
 
 /// Makes one of the preceding level frames the keyframe, when a new keyframe is needed.
@@ -418,7 +460,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   me.ceiling_failed = seen.ceiling ? 0 : me.ceiling_failed + 1;
   if (moment.forward) me.forward_failed = seen.forward ? 0 : me.forward_failed + 1;
   if (me.WantsNewBeginning(moment)) {
-    me.BeginAnew(moment, estimate);
+    me.BeginAnew(frame, moment, estimate);
   } else if (seen.ceiling && seen.ceiling->overlap < kMinOverlap && !moment.level) {
     me.MakeTiltedKeyframe(Moment(moment), estimate.tilt);
   } else {

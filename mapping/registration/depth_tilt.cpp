@@ -43,8 +43,8 @@ void PreferLevel(const DepthFit& tilted, const DepthFit& level, PlaneFit& fit) {
   const double level_quality = QualityOf(level) / QualityOf(tilted);
   const double weak = part(tilted.TexturedInliers(), kSoundTexture, kWeakTexture) *
                       part(level_quality, kTilted, kLevelIfWeak);
-  const double like = part(level_quality, kTiltedIfSound, kLevel);
   const Eigen::Vector2d tilt(fit.motion.tilt_x, fit.motion.tilt_y);
+  const double like = part(level_quality, kTiltedIfSound, kLevel);
   // A larger tilt could not be like none.
   const double most = kMaxUnseenRad / std::max(kMaxUnseenRad, tilt.norm());
   const Eigen::Vector2d doubted = std::max(weak, most * like) * tilt;

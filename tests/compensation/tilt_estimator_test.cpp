@@ -36,6 +36,25 @@ TEST(TiltEstimator, ALevelDriveIsExactlyLevel) {
   }
 }
 
+// The first image of a rolling shutter is distorted by a motion that is not known yet.
+TEST(TiltEstimator, ALevelRobotMayMoveFromItsFirstImageOn) {
+  simulator::Scene scene = Lab();
+  scene.camera = {640, 480, 457};
+  scene.camera.readout_time_s = 0.03;
+  scene.camera.exposure_time_s = 0.002;
+  scene.path.speed_m_s = 1.5;
+  scene.path.acceleration_m_s2 = 5;
+  scene.path.frame_rate_hz = 20;
+  std::vector<simulator::Frame> path = simulator::MakePath(scene);
+  constexpr int kFast = 8;  // the robot has its speed
+  path.erase(path.begin(), path.begin() + kFast);
+  path.resize(10);
+  Recording recording(scene, path);
+  recording.Run(TiltMethod::kCeiling);
+  EXPECT_EQ(recording.report.largest_rad, 0);
+  EXPECT_EQ(recording.report.unknown, 1);
+}
+
 // What is not measured is expected to be as what was.
 TEST(TiltEstimator, UnmeasuredFramesCountAsTheMeasuredOnes) {
   const auto last_sigma_deg = [](Recording& recording) {
