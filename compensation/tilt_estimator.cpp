@@ -130,6 +130,7 @@ struct TiltEstimator::Impl {
   bool tilted_since = false;    // a tilted frame was measured since the last keyframe
   bool bare_reference = false;  // the ceiling's reference has no texture
   std::optional<Guess> guess;   // until the first velocity is measured
+  std::optional<CorrectedImage> corrected_image;
 
   struct Seen {
     std::optional<CeilingMotion> ceiling;
@@ -189,8 +190,10 @@ bool TiltEstimator::Impl::CorrectGuess(const Twist2& now, double stamp_s) {
     return false;
   }
   guess->velocity = now;
-  ceiling.SetReference(
-      ceiling.Analyze(view.Rectify(guess->up, rectified, now), guess->stamp_s, guess->encoding));
+  const CeilingTracker::Frame again =
+      ceiling.Analyze(view.Rectify(guess->up, rectified, now), guess->stamp_s, guess->encoding);
+  ceiling.SetReference(again);
+  corrected_image = CorrectedImage{guess->stamp_s, again.image, now};
   return true;
 }
 
@@ -439,6 +442,7 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   me.Check(frame);
   me.last_stamp_s = frame.stamp_s;
   if (me.matsumoto) return me.matsumoto->Estimate(frame);
+  me.corrected_image.reset();
   ++me.report.frames;
   if (me.forward && frame.forward.empty()) ++me.report.without_forward;
 
@@ -478,6 +482,10 @@ void TiltEstimator::Correct(const TiltAngles& left) {
   if (me.contradictions < kCorrectAfter) return;
   me.contradictions = 0;
   me.correction = left;
+}
+
+std::optional<CorrectedImage> TiltEstimator::TakeCorrected() {
+  return std::exchange(impl_->corrected_image, std::nullopt);
 }
 
 const TiltReport& TiltEstimator::Report() const {

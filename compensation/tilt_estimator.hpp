@@ -30,6 +30,13 @@ struct TiltEstimatorParams {
   double tilted_sigmas = 3;
 };
 
+/// An earlier image, rectified anew.
+struct CorrectedImage {
+  double stamp_s = 0;
+  registration::AnalyzedImage up;
+  Twist2 velocity;  ///< of base, with which it was rectified
+};
+
 /// Pitch and roll of the robot while it drives, from its upward and forward cameras. Not
 /// thread-safe. Measures the two cameras in parallel when both are present. With kMatsumoto the
 /// frames go to a MatsumotoTilt, of the parameters only `level_sigmas` is used, and Correct has no
@@ -53,6 +60,11 @@ class TiltEstimator {
   /// because the robot was switched on with debris under a wheel), the next frame becomes a
   /// keyframe with the corrected tilt.
   void Correct(const TiltAngles& left);
+
+  /// With a rolling shutter: the keyframe at which the estimator began, if the frame estimated last
+  /// showed that its velocity was not the one it had been rectified with. The estimate that was
+  /// given for it holds a distorted image.
+  std::optional<CorrectedImage> TakeCorrected();
 
   [[nodiscard]] const TiltReport& Report() const;
 

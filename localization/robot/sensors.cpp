@@ -92,6 +92,7 @@ struct Sensors::Impl {
   std::optional<Located> located;
   VelocityPredictor velocity;
   std::future<Frame> measuring;
+  bool started = false;  // the first upward frame was taken
 
   Task Prepare(const Image& up);
   /// Whether the wheels, or a gyro without wheels, may be believed.
@@ -102,6 +103,7 @@ struct Sensors::Impl {
   std::optional<wheels::RelativeMotion> MotionBetween(const std::optional<double>& before_s,
                                                       double stamp_s);
   Frame Measure(const Task& task);
+  void MeasureSecond(const Task& task, Frame& first);
   compensation::TiltEstimate MeasureTilt(const Task& task);
 };
 
@@ -278,9 +280,26 @@ Sensors::Frame Sensors::Measure(const Image& up) {
   return impl_->Measure(impl_->Prepare(up));
 }
 
+/// The second frame of a rolling shutter shows the velocity with which the first one should have
+/// been rectified.
+void Sensors::Impl::MeasureSecond(const Task& task, Frame& first) {
+  std::promise<Frame> second;
+  second.set_value(Measure(task));
+  measuring = second.get_future();
+  const std::optional<compensation::CorrectedImage> corrected = tilt->TakeCorrected();
+  if (!corrected || corrected->stamp_s != first.up.stamp_s) return;
+  first.rectified = corrected->up;
+  first.velocity = corrected->velocity;
+}
+
 std::optional<Sensors::Frame> Sensors::Exchange(const Image& up) {
   Impl& me = *impl_;
   std::optional<Frame> before = TakeLast();
+  const bool second = before && !std::exchange(me.started, true);
+  if (second && me.tilt && me.rig->up->readout_time_s != 0) {
+    me.MeasureSecond(me.Prepare(up), *before);
+    return before;
+  }
   const bool measures = me.tilt || me.by_camera;
   me.measuring = std::async(measures ? std::launch::async : std::launch::deferred,
                             [&me, task = me.Prepare(up)] { return me.Measure(task); });
