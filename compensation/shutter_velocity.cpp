@@ -17,8 +17,8 @@ double TiltVariance(const calib::CeilingView& view, double corner_px) {
 
 }  // namespace
 
-Twist2 ShutterVelocity::At(double stamp_s, const Twist2& otherwise) const {
-  return measured_.At(stamp_s).value_or(otherwise);
+std::optional<Twist2> ShutterVelocity::At(double stamp_s) const {
+  return measured_.At(stamp_s);
 }
 
 ShutterVelocity::Estimate ShutterVelocity::With(const StampedTwist2& mean, double stamp_s) const {

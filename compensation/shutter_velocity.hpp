@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "calib/base/twist2.hpp"
 #include "calib/base/velocity_predictor.hpp"
 #include "calib/ceiling_view.hpp"
@@ -20,8 +22,8 @@ class ShutterVelocity {
     double tilt_variance = 0;  ///< of the pitch and roll that its error looks like, rad^2
   };
 
-  /// By the measured velocities alone. @param otherwise  Where they tell nothing.
-  [[nodiscard]] Twist2 At(double stamp_s, const Twist2& otherwise) const;
+  /// By the measured velocities alone; nothing where they tell nothing.
+  [[nodiscard]] std::optional<Twist2> At(double stamp_s) const;
   /// As if `mean`, the mean since the image before, had been added.
   [[nodiscard]] Estimate With(const StampedTwist2& mean, double stamp_s) const;
   /// Whether an image that was rectified with one velocity need not be rectified with the other.

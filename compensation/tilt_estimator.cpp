@@ -59,6 +59,14 @@ bool IsReached(const Twist2& from, const Twist2& to, double duration_s) {
          std::abs(to.yaw_rad_s - from.yaw_rad_s) < kYawAcceleration * duration_s;
 }
 
+/// Whether a velocity is so unlike the expected one that the image was matched at a wrong place.
+bool IsElsewhere(const Twist2& expected, const Twist2& measured) {
+  constexpr double kMaxJump = 2;     // m/s
+  constexpr double kMaxYawJump = 4;  // rad/s
+  return (measured.linear_m_s - expected.linear_m_s).norm() > kMaxJump ||
+         std::abs(measured.yaw_rad_s - expected.yaw_rad_s) > kMaxYawJump;
+}
+
 /// A frame stored as a candidate for the next keyframe.
 struct Moment {
   CeilingTracker::Frame ceiling;
@@ -139,6 +147,7 @@ struct TiltEstimator::Impl {
   void Check(const TiltFrame& frame) const;
   [[nodiscard]] Pose2 Apparent(const Isometry3d& T_reference_base) const;
   [[nodiscard]] std::optional<StampedTwist2> MeanVelocity(const Moment& moment) const;
+  [[nodiscard]] std::optional<Twist2> Expected(const TiltFrame& frame) const;
   bool CorrectGuess(const Twist2& now, double stamp_s);
   std::optional<CeilingMotion> MeasureCeiling(const TiltFrame& frame, Moment& moment);
   Seen Observe(const TiltFrame& frame, Moment& moment);
@@ -181,6 +190,16 @@ std::optional<StampedTwist2> TiltEstimator::Impl::MeanVelocity(const Moment& mom
   return StampedTwist2{now.stamp_s - duration_s / 2, Twist2::Mean(T_before_now, duration_s)};
 }
 
+/// The velocity at a frame, as measured here until the frame before, else as the pose of the robot
+/// shows it; nothing where it is not known.
+std::optional<Twist2> TiltEstimator::Impl::Expected(const TiltFrame& frame) const {
+  const bool known = frame.velocity.linear_m_s.norm() > 0 || frame.velocity.yaw_rad_s != 0;
+  const bool followed = moments.size() > 1 && moments[moments.size() - 2].has_ceiling;
+  const std::optional<Twist2> measured = velocity.At(frame.stamp_s);
+  if (measured && (followed || !known)) return measured;
+  return known ? std::optional(frame.velocity) : std::nullopt;
+}
+
 /// Two images that were rectified with the same wrong velocity are distorted alike, and show the
 /// right one. The ceiling's keyframe is then rectified with it, or all later images would seem
 /// tilted. @return  whether the images must be compared again.
@@ -202,7 +221,8 @@ bool TiltEstimator::Impl::CorrectGuess(const Twist2& now, double stamp_s) {
 std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame& frame,
                                                                  Moment& moment) {
   constexpr int kMaxAgain = 2;
-  Twist2 assumed = velocity.At(frame.stamp_s, frame.velocity);
+  const std::optional<Twist2> expected = Expected(frame);
+  Twist2 assumed = expected.value_or(Twist2{});
   for (int again = 0;; ++again) {
     moment.assumed = assumed;
     moment.ceiling =
@@ -211,6 +231,7 @@ std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame
     if (!view.HasRollingShutter() || !seen) return seen;
     const std::optional<StampedTwist2> mean = MeanVelocity(moment);
     if (!mean) return seen;
+    if (expected && IsElsewhere(*expected, mean->velocity)) return std::nullopt;
     const ShutterVelocity::Estimate now = velocity.With(*mean, frame.stamp_s);
     const bool corrected = again < kMaxAgain && CorrectGuess(now.velocity, frame.stamp_s);
     if (again == kMaxAgain || (!corrected && velocity.IsExact(assumed, now.velocity))) {

@@ -1,5 +1,6 @@
 #include "calib/base/velocity_predictor.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ceilmap {
@@ -9,6 +10,9 @@ namespace {
 constexpr double kMaxAcceleration = 8;      // m/s^2
 constexpr double kMaxYawAcceleration = 20;  // rad/s^2
 constexpr double kMaxAgeSeconds = 0.5;
+// Over more intervals than these a change of velocity does not go on: its noise would grow with
+// them.
+constexpr double kMaxSteps = 3;
 
 bool IsReached(const StampedTwist2& before, const StampedTwist2& now) {
   const double seconds = now.stamp_s - before.stamp_s;
@@ -47,7 +51,8 @@ std::optional<Twist2> VelocityPredictor::At(double stamp_s) const {
   Twist2 velocity = last_->velocity;
   if (!before_) return velocity;
   const Twist2& before = before_->velocity;
-  const double ratio = (stamp_s - last_->stamp_s) / (last_->stamp_s - before_->stamp_s);
+  const double ratio =
+      std::min(kMaxSteps, (stamp_s - last_->stamp_s) / (last_->stamp_s - before_->stamp_s));
   velocity.linear_m_s += ratio * (velocity.linear_m_s - before.linear_m_s);
   velocity.yaw_rad_s += ratio * (velocity.yaw_rad_s - before.yaw_rad_s);
   return velocity;
