@@ -55,6 +55,32 @@ TEST(TiltEstimator, ALevelRobotMayMoveFromItsFirstImageOn) {
   EXPECT_EQ(recording.report.unknown, 1);
 }
 
+// Its own velocity, extrapolated, would run away.
+TEST(TiltEstimator, WhereItSeesNoTiltTheRobotKnowsItsVelocity) {
+  simulator::Scene scene = Lab();
+  scene.camera.readout_time_s = 0.03;
+  const std::vector<simulator::Frame> path = simulator::MakePath(scene);
+  simulator::Renderer renderer(scene);
+  TiltEstimatorParams params;
+  params.method = TiltMethod::kCeiling;
+  TiltEstimator estimator(renderer.GetRig(), params);
+  const calib::CeilingView view(*renderer.GetRig().up, renderer.GetRig().ceiling_height_m);
+  constexpr int kElsewhere = 6;  // from there on the images show other ceilings
+  for (int i = 0; i < 14; ++i) {
+    TiltFrame frame;
+    frame.up = renderer.Render(path[static_cast<std::size_t>(i)]);
+    if (i >= kElsewhere) cv::randu(frame.up, 0, 255);
+    frame.stamp_s = path[static_cast<std::size_t>(i)].stamp_s;
+    frame.velocity = {{0.3, 0.01 * i}, 0.02 * i};
+    const TiltEstimate estimate = estimator.Estimate(frame);
+    if (i <= kElsewhere) continue;
+    EXPECT_EQ(estimate.source, TiltSource::kNone) << i;
+    cv::Mat buffer;
+    const cv::Mat expected = view.Rectify(frame.up, buffer, frame.velocity);
+    EXPECT_EQ(cv::norm(estimate.up.pixels, expected, cv::NORM_INF), 0) << i;
+  }
+}
+
 // What is not measured is expected to be as what was.
 TEST(TiltEstimator, UnmeasuredFramesCountAsTheMeasuredOnes) {
   const auto last_sigma_deg = [](Recording& recording) {

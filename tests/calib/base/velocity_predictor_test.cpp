@@ -33,6 +33,15 @@ TEST(VelocityPredictor, ForgetsWhatIsLongAgo) {
   EXPECT_FALSE(predictor.At(1.6));
 }
 
+TEST(VelocityPredictor, AChangeDoesNotGoOnWithoutMeasurements) {
+  VelocityPredictor predictor;
+  predictor.Add({0.00, {{0.5, 0}, 0}});
+  predictor.Add({0.04, {{0.6, 0}, 0}});
+  EXPECT_NEAR(predictor.At(0.08)->linear_m_s.x(), 0.7, 1e-12);
+  EXPECT_NEAR(predictor.At(0.16)->linear_m_s.x(), 0.9, 1e-12);
+  EXPECT_NEAR(predictor.At(0.5)->linear_m_s.x(), 0.9, 1e-12);
+}
+
 TEST(VelocityPredictor, OneJumpOfThePoseIsNoMotion) {
   VelocityPredictor predictor;
   for (int i = 0; i < 5; ++i) predictor.AddPose(Pose2{0.02 * i, 0, 0}, i * kFrame);

@@ -125,6 +125,36 @@ TEST(Sensors, SinglePixelsAreRemovedBeforeAnImageIsRectified) {
   EXPECT_FALSE(as_taken.up.encoding.loss_as_taken);
 }
 
+/// Switched on in motion: the first image of a rolling shutter is distorted until the second one
+/// shows the velocity.
+TEST(Sensors, TheFirstFrameOfARollingShutterHasTheVelocityOfTheSecond) {
+  simulator::Scene scene = compensation::synthetic::Lab();
+  scene.camera.readout_time_s = 0.03;
+  scene.path.speed_m_s = 1.2;
+  scene.path.acceleration_m_s2 = 5;
+  scene.path.frame_rate_hz = 20;
+  const simulator::Renderer renderer(scene);
+  const std::vector<simulator::Frame> path = simulator::MakePath(scene);
+  SensorsParams params;
+  params.tilt.method = TiltMethod::kCeiling;
+  TestedSensors sensors(renderer.GetRig(), params);
+  const calib::CeilingView view(*renderer.GetRig().up, renderer.GetRig().ceiling_height_m);
+  constexpr std::size_t kFast = 8;
+  std::vector<TestedSensors::Frame> frames;
+  for (std::size_t i = kFast; i < kFast + 4; ++i) {
+    const Image up{renderer.Render(path[i]), path[i].stamp_s, static_cast<std::int64_t>(i)};
+    if (auto frame = sensors.Exchange(up)) frames.push_back(*frame);
+  }
+  if (auto frame = sensors.TakeLast()) frames.push_back(*frame);
+  ASSERT_EQ(frames.size(), 4U);
+  const TestedSensors::Frame& first = frames.front();
+  EXPECT_EQ(first.up.index, static_cast<std::int64_t>(kFast));
+  EXPECT_NEAR(first.velocity.linear_m_s.x(), scene.path.speed_m_s, 0.1);
+  cv::Mat buffer;
+  const cv::Mat expected = view.Rectify(first.up.pixels, buffer, first.velocity);
+  EXPECT_EQ(cv::norm(first.rectified.pixels, expected, cv::NORM_INF), 0);
+}
+
 TEST(Sensors, ColourImagesOfTheForwardCameraGiveTheSameTilt) {
   Drive drive;
   TestedSensors grey(drive.rig, {});
