@@ -57,4 +57,11 @@ struct TiltReport {
   double forward_ms = 0;
 };
 
+/// An earlier image, rectified anew.
+struct CorrectedImage {
+  double stamp_s = 0;
+  registration::AnalyzedImage up;
+  Twist2 velocity;  ///< of base, with which it was rectified
+};
+
 }  // namespace ceilmap::compensation

@@ -15,7 +15,7 @@
 #include "compensation/level_frames.hpp"
 #include "compensation/matsumoto_tilt.hpp"
 #include "compensation/rig_cameras.hpp"
-#include "compensation/shutter_velocity.hpp"
+#include "compensation/shutter_tracker.hpp"
 #include "compensation/usual_tilt.hpp"
 
 namespace ceilmap::compensation {
@@ -43,30 +43,6 @@ constexpr double kMinOverlap = 0.55;
 constexpr double kCorrectRad = 1.5e-3;
 constexpr int kCorrectAfter = 3;
 
-/// The ceiling's first keyframe of a rolling shutter: rectified before any velocity was measured.
-struct Guess {
-  cv::Mat up;  // as taken
-  double stamp_s = 0;
-  registration::Encoding encoding;
-  Twist2 velocity;
-};
-
-/// Whether a robot that accelerates may reach one velocity from the other.
-bool IsReached(const Twist2& from, const Twist2& to, double duration_s) {
-  constexpr double kAcceleration = 2;     // m/s^2
-  constexpr double kYawAcceleration = 5;  // rad/s^2
-  return (to.linear_m_s - from.linear_m_s).norm() < kAcceleration * duration_s &&
-         std::abs(to.yaw_rad_s - from.yaw_rad_s) < kYawAcceleration * duration_s;
-}
-
-/// Whether a velocity is so unlike the expected one that the image was matched at a wrong place.
-bool IsElsewhere(const Twist2& expected, const Twist2& measured) {
-  constexpr double kMaxJump = 2;     // m/s
-  constexpr double kMaxYawJump = 4;  // rad/s
-  return (measured.linear_m_s - expected.linear_m_s).norm() > kMaxJump ||
-         std::abs(measured.yaw_rad_s - expected.yaw_rad_s) > kMaxYawJump;
-}
-
 /// A frame stored as a candidate for the next keyframe.
 struct Moment {
   CeilingTracker::Frame ceiling;
@@ -93,7 +69,7 @@ struct TiltEstimator::Impl {
         level_view(view),
         ceiling(view),
         filter(p.filter),
-        velocity(view) {
+        shutter(view, level_view, ceiling) {
     if (!(params.tilted_sigmas > params.level_sigmas)) {
       throw InputError(fmt::format("tilt: tilted_sigmas = {}, must be > level_sigmas = {}",
                                    params.tilted_sigmas,
@@ -127,9 +103,8 @@ struct TiltEstimator::Impl {
   std::optional<Isometry3d> T_reference_forward = Isometry3d::Identity();
   double reference_variance = 0;  // of the tilt of the ceiling's keyframe
   std::optional<double> last_stamp_s;
-  ShutterVelocity velocity;    // by the ceiling; used with a rolling shutter
+  ShutterTracker shutter;
   std::deque<Moment> moments;  // the latest ones, oldest first
-  cv::Mat rectified;
   cv::Mat forward_rectified;
   UsualTilt usual;
   int ceiling_failed = 0;       // consecutive frames without a measurement
@@ -137,18 +112,12 @@ struct TiltEstimator::Impl {
   int contradictions = 0;       // consecutive
   bool tilted_since = false;    // a tilted frame was measured since the last keyframe
   bool bare_reference = false;  // the ceiling's reference has no texture
-  std::optional<Guess> guess;   // until the first velocity is measured
-  std::optional<CorrectedImage> corrected_image;
 
   struct Seen {
     std::optional<CeilingMotion> ceiling;
     std::optional<ForwardMotion> forward;
   };
   void Check(const TiltFrame& frame) const;
-  [[nodiscard]] Pose2 Apparent(const Isometry3d& T_reference_base) const;
-  [[nodiscard]] std::optional<StampedTwist2> MeanVelocity(const Moment& moment) const;
-  [[nodiscard]] std::optional<Twist2> Expected(const TiltFrame& frame) const;
-  bool CorrectGuess(const Twist2& now, double stamp_s);
   std::optional<CeilingMotion> MeasureCeiling(const TiltFrame& frame, Moment& moment);
   Seen Observe(const TiltFrame& frame, Moment& moment);
   [[nodiscard]] std::optional<double> CeilingMotionToForward(const Seen& seen) const;
@@ -171,78 +140,16 @@ void TiltEstimator::Impl::Check(const TiltFrame& frame) const {
   }
 }
 
-/// Pose of a level robot that would see the ceiling at the same place. The image moves with it,
-/// whether the robot tilts or the measured tilt is wrong: it can be measured better than the pose.
-Pose2 TiltEstimator::Impl::Apparent(const Isometry3d& T_reference_base) const {
-  const PlanarTilt at = FromSpace(T_reference_base);
-  const Eigen::Vector2d seen = at.pose * level_view.CeilingShift(at.tilt);
-  return {seen.x(), seen.y(), at.pose.yaw};
-}
-
-/// Velocity of the image at a frame that was measured; nothing when the frame before was not.
-std::optional<StampedTwist2> TiltEstimator::Impl::MeanVelocity(const Moment& moment) const {
-  if (moments.size() < 2 || !moments[moments.size() - 2].has_pose) return std::nullopt;
-  const CeilingTracker::Frame& before = moments[moments.size() - 2].ceiling;
-  const CeilingTracker::Frame& now = moment.ceiling;
-  const double duration_s = now.stamp_s - before.stamp_s;
-  const Pose2 T_before_now =
-      Apparent(before.T_reference_base).Inverse() * Apparent(now.T_reference_base);
-  return StampedTwist2{now.stamp_s - duration_s / 2, Twist2::Mean(T_before_now, duration_s)};
-}
-
-/// The velocity at a frame, as measured here until the frame before, else as the pose of the robot
-/// shows it; nothing where it is not known.
-std::optional<Twist2> TiltEstimator::Impl::Expected(const TiltFrame& frame) const {
-  const bool known = frame.velocity.linear_m_s.norm() > 0 || frame.velocity.yaw_rad_s != 0;
-  const bool followed = moments.size() > 1 && moments[moments.size() - 2].has_ceiling;
-  const std::optional<Twist2> measured = velocity.At(frame.stamp_s);
-  if (measured && (followed || !known)) return measured;
-  return known ? std::optional(frame.velocity) : std::nullopt;
-}
-
-/// Two images that were rectified with the same wrong velocity are distorted alike, and show the
-/// right one. The ceiling's keyframe is then rectified with it, or all later images would seem
-/// tilted. @return  whether the images must be compared again.
-bool TiltEstimator::Impl::CorrectGuess(const Twist2& now, double stamp_s) {
-  if (!guess || velocity.IsExact(guess->velocity, now) ||
-      IsReached(guess->velocity, now, stamp_s - guess->stamp_s)) {
-    return false;
-  }
-  guess->velocity = now;
-  const CeilingTracker::Frame again =
-      ceiling.Analyze(view.Rectify(guess->up, rectified, now), guess->stamp_s, guess->encoding);
-  ceiling.SetReference(again);
-  corrected_image = CorrectedImage{guess->stamp_s, again.image, now};
-  return true;
-}
-
-/// An image of a rolling shutter needs the velocity that it serves to measure. It is measured again
-/// where the predicted one was wrong.
 std::optional<CeilingMotion> TiltEstimator::Impl::MeasureCeiling(const TiltFrame& frame,
                                                                  Moment& moment) {
-  constexpr int kMaxAgain = 2;
-  const std::optional<Twist2> expected = Expected(frame);
-  Twist2 assumed = expected.value_or(Twist2{});
-  for (int again = 0;; ++again) {
-    moment.assumed = assumed;
-    moment.ceiling =
-        ceiling.Analyze(view.Rectify(frame.up, rectified, assumed), frame.stamp_s, frame.encoding);
-    std::optional<CeilingMotion> seen = ceiling.Measure(moment.ceiling);
-    if (!view.HasRollingShutter() || !seen) return seen;
-    const std::optional<StampedTwist2> mean = MeanVelocity(moment);
-    if (!mean) return seen;
-    if (expected && IsElsewhere(*expected, mean->velocity)) return std::nullopt;
-    const ShutterVelocity::Estimate now = velocity.With(*mean, frame.stamp_s);
-    const bool corrected = again < kMaxAgain && CorrectGuess(now.velocity, frame.stamp_s);
-    if (again == kMaxAgain || (!corrected && velocity.IsExact(assumed, now.velocity))) {
-      guess.reset();
-      velocity.Add(*mean);
-      moment.shutter_variance = now.tilt_variance;
-      seen->covariance += now.tilt_variance * Eigen::Matrix2d::Identity();
-      return seen;
-    }
-    assumed = now.velocity;
-  }
+  const Moment* const last = moments.size() > 1 ? &moments[moments.size() - 2] : nullptr;
+  ShutterTracker::Before before;
+  if (last != nullptr && last->has_pose) before = {&last->ceiling, last->has_ceiling};
+  ShutterTracker::Measurement seen = shutter.Measure(frame, before);
+  moment.ceiling = std::move(seen.frame);
+  moment.assumed = seen.assumed;
+  moment.shutter_variance = seen.tilt_variance;
+  return seen.motion;
 }
 
 TiltEstimator::Impl::Seen TiltEstimator::Impl::Observe(const TiltFrame& frame, Moment& moment) {
@@ -358,6 +265,7 @@ void TiltEstimator::Impl::CountFrom(const Moment& keyframe) {
     moment.ceiling.T_reference_base = T_new_old * moment.ceiling.T_reference_base;
   }
   if (T_reference_forward) T_reference_forward = T_new_old * *T_reference_forward;
+  shutter.Forget();
   ++report.keyframes;
 }
 
@@ -428,10 +336,7 @@ void TiltEstimator::Impl::BeginAnew(const TiltFrame& frame,
   if (report.frames > 1) reference_variance = std::pow(kAssumedSigmaRad, 2);
   ceiling_failed = 0;
   bare_reference = ceiling.IsBare(moment.ceiling);
-  guess.reset();
-  if (view.HasRollingShutter() && moment.level) {
-    guess = Guess{frame.up.clone(), frame.stamp_s, frame.encoding, moment.assumed};
-  }
+  if (moment.level) shutter.Begin(frame, moment.assumed);
 }
 
 /// Makes one of the preceding level frames the keyframe, when a new keyframe is needed.
@@ -463,7 +368,6 @@ TiltEstimate TiltEstimator::Estimate(const TiltFrame& frame) {
   me.Check(frame);
   me.last_stamp_s = frame.stamp_s;
   if (me.matsumoto) return me.matsumoto->Estimate(frame);
-  me.corrected_image.reset();
   ++me.report.frames;
   if (me.forward && frame.forward.empty()) ++me.report.without_forward;
 
@@ -506,7 +410,7 @@ void TiltEstimator::Correct(const TiltAngles& left) {
 }
 
 std::optional<CorrectedImage> TiltEstimator::TakeCorrected() {
-  return std::exchange(impl_->corrected_image, std::nullopt);
+  return impl_->shutter.TakeCorrected();
 }
 
 const TiltReport& TiltEstimator::Report() const {

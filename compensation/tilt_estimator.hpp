@@ -30,13 +30,6 @@ struct TiltEstimatorParams {
   double tilted_sigmas = 3;
 };
 
-/// An earlier image, rectified anew.
-struct CorrectedImage {
-  double stamp_s = 0;
-  registration::AnalyzedImage up;
-  Twist2 velocity;  ///< of base, with which it was rectified
-};
-
 /// Pitch and roll of the robot while it drives, from its upward and forward cameras. Not
 /// thread-safe. Measures the two cameras in parallel when both are present. With kMatsumoto the
 /// frames go to a MatsumotoTilt, of the parameters only `level_sigmas` is used, and Correct has no
