@@ -44,9 +44,9 @@ StampedTwist2 ShutterTracker::MeanVelocity(const CeilingTracker::Frame& before,
 /// shows it; nothing where it is not known.
 std::optional<Twist2> ShutterTracker::Expected(const TiltFrame& frame, bool followed) const {
   const bool known = frame.velocity.linear_m_s.norm() > 0 || frame.velocity.yaw_rad_s != 0;
-  const std::optional<Twist2> measured = velocity_.At(frame.stamp_s);
-  if (measured && (followed || !known)) return measured;
-  return known ? std::optional(frame.velocity) : std::nullopt;
+  std::optional<Twist2> expected = velocity_.At(frame.stamp_s);
+  if (known && !(followed && expected)) expected = frame.velocity;
+  return expected;
 }
 
 /// Two images that were rectified with the same wrong velocity are distorted alike, and show the

@@ -80,6 +80,7 @@ struct Sensors::Impl {
   bool rectified = false;   // upward images are, before they are registered
   bool by_colours = false;  // by_camera takes forward images, else mirror images
   bool by_turns = false;    // what the calibrator compared last: turns alone, or whole motions
+  bool started = false;     // the first upward frame was taken
   cv::Mat forward_grey;
   wheels::DeadReckoning reckoning;
   wheels::WheelCalibrator calibrator;
@@ -92,7 +93,6 @@ struct Sensors::Impl {
   std::optional<Located> located;
   VelocityPredictor velocity;
   std::future<Frame> measuring;
-  bool started = false;  // the first upward frame was taken
 
   Task Prepare(const Image& up);
   /// Whether the wheels, or a gyro without wheels, may be believed.
