@@ -26,6 +26,9 @@ constexpr float kMinSigma = 0.004F;
 // A height that only one of several partners shows is not used; one of a single partner is less
 // certain.
 constexpr float kAloneSigma = 0.02F;
+// Of what shows nothing itself, and has the height of what is around it, and of the borders of
+// saturated areas, which lie where the exposure puts them.
+constexpr float kFilledSigma = 0.9F * kMeasuredSigma;
 
 struct Range {
   float low = 0.97F;
@@ -53,6 +56,9 @@ cv::Mat Reduced(const cv::Mat& grey) {
   return small;
 }
 
+// Marks saturated pixels of what ForStereo returns.
+constexpr int kSaturated = 255;
+
 /// The local mean becomes 128: exposure and vignetting differ from image to image, and weak texture
 /// has few grey levels.
 cv::Mat Normalized(const cv::Mat& grey) {
@@ -64,6 +70,9 @@ cv::Mat Normalized(const cv::Mat& grey) {
   cv::subtract(grey, mean, detail, {}, CV_32F);
   cv::Mat result;
   detail.convertTo(result, CV_8U, kGain, 128);
+  cv::min(result, kSaturated - 1, result);
+  constexpr int kSaturatedGrey = 250;
+  result.setTo(kSaturated, grey >= kSaturatedGrey);
   return result;
 }
 
@@ -84,6 +93,8 @@ cv::Mat Warp(const cv::Mat& image, const cv::Matx23d& turn, cv::Size size) {
   return turned;
 }
 
+constexpr int kRefineBox = 7;  // pixels that determine a disparity
+
 /// Disparities of pixels and their standard deviations, CV_32FC1.
 struct Disparities {
   cv::Mat pixels;
@@ -100,11 +111,11 @@ Disparities Refine(const cv::Mat& left,
                    const cv::Mat& disparities,
                    const cv::Mat& found) {
   constexpr int kRounds = 2;
-  constexpr int kBox = 7;
   constexpr double kMaxOff = 0.6;
   // Variances of what ForStereo returns: of a gradient that is noise alone, of the least noise.
   constexpr double kFlat = 4;
   constexpr double kRounding = 1;
+  constexpr double kNoSignal = 0.01;
   cv::Mat columns(left.size(), CV_32F);
   cv::Mat rows(left.size(), CV_32F);
   for (int v = 0; v < left.rows; ++v) {
@@ -117,7 +128,7 @@ Disparities Refine(const cv::Mat& left,
   found.convertTo(known, CV_32F, 1.0 / 255);
   const auto mean = [](const cv::Mat& values) {
     cv::Mat result;
-    cv::boxFilter(values, result, CV_32F, {kBox, kBox});
+    cv::boxFilter(values, result, CV_32F, {kRefineBox, kRefineBox});
     return result;
   };
   Disparities result{disparities.clone(), {}};
@@ -141,8 +152,8 @@ Disparities Refine(const cv::Mat& left,
   }
   // The noise of both images has a gradient too, whose variance is an eighth of the difference's.
   const cv::Mat noise = mean(known.mul(difference).mul(difference)) + kRounding;
-  cv::sqrt(noise / cv::max(squares - noise / 8, kFlat), result.sigma);
-  result.sigma /= kBox;
+  cv::sqrt(noise / cv::max(squares - kFlat - noise / 8, kNoSignal), result.sigma);
+  result.sigma /= kRefineBox;
   return result;
 }
 
@@ -192,7 +203,10 @@ cv::Mat MatchPair(const cv::Mat& reference,
   const cv::Mat found = sixteenths >= kSixteenths * least;
   cv::Mat disparities;
   sixteenths.convertTo(disparities, CV_32F, 1.0 / kSixteenths);
-  const Disparities refined = Refine(left, right, disparities, found);
+  Disparities refined = Refine(left, right, disparities, found);
+  cv::Mat saturated = left == kSaturated;
+  cv::dilate(saturated, saturated, cv::Mat::ones(kRefineBox, kRefineBox, CV_8U));
+  refined.sigma.setTo(kFilledSigma * baseline, saturated);
   cv::Mat ratios;
   cv::merge(std::vector<cv::Mat>{refined.pixels / baseline, refined.sigma / baseline}, ratios);
   ratios.setTo(cv::Scalar::all(0), ~found);
@@ -275,7 +289,8 @@ void FillCells(const cv::Mat& ratios, float common_sigma, HeightField& field) {
       const float middle = values[values.size() / 2];
       const float spread =
           values[values.size() - 1 - values.size() / 6] - values[values.size() / 6];
-      const float sigma = std::hypot(common_sigma, sigmas[sigmas.size() / 2], 0.5F * spread);
+      const float sigma = std::min(
+          kFilledSigma, std::hypot(common_sigma, sigmas[sigmas.size() / 2], 0.5F * spread));
       const auto cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(field.grid.width) +
                         static_cast<std::size_t>(col);
       field.cells[cell] = {middle, std::max(kMinSigma, sigma)};

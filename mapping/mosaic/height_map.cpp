@@ -15,7 +15,8 @@ constexpr double kCellsPerStep = 4;
 constexpr double kMinCellPx = 4;
 /// Radius in which a block votes, steps of its field. Blocks overlap by half: its side is two.
 constexpr double kReach = 1.0;
-constexpr double kAccurate = 0.01;  // standard deviation of a vote of weight 1
+constexpr double kAccurate = 0.01;  // standard deviation of a vote of weight 1 ...
+constexpr double kWeak = 0.02;      // ... and of the least one: saturated lamps are surfaces too
 
 /// Calls visit(p_map, cell, step) for each measured cell; steps of its field in map units.
 template <typename Visit>
@@ -110,7 +111,7 @@ HeightMap::HeightMap(const std::vector<graph::Keyframe>& keyframes,
                metadata,
                [&](const cv::Point2d& at, const heights::HeightCell& cell, double step) {
                  const double radius = kReach * step / (cell.rho * grid.resolution);
-                 const double part = kAccurate / std::max<double>(cell.sigma, kAccurate);
+                 const double part = kAccurate / std::clamp<double>(cell.sigma, kAccurate, kWeak);
                  // Where there are finer fields, blocks fill what those leave open.
                  const double share = finest / step;
                  const SurfaceVotes::Vote vote{

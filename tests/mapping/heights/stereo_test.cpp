@@ -13,6 +13,7 @@ namespace ceilmap::heights {
 namespace {
 
 constexpr double kRotation = 0.2;  // of the partner, radians
+constexpr double kLampPx = 24;     // half the side of a saturated square in the middle
 
 /// A ceiling that is known at every point: waves of 8 to 60 px in all directions.
 class Ceiling {
@@ -42,7 +43,8 @@ class Ceiling {
         double sum = 0;
         for (const Eigen::Vector3d& wave : waves_)
           sum += std::cos(wave.x() * x.x() + wave.y() * x.y() + wave.z());
-        image.at<uchar>(v, u) = cv::saturate_cast<uchar>(120 + 5 * sum);
+        const bool lamp = x.cwiseAbs().maxCoeff() < kLampPx;
+        image.at<uchar>(v, u) = lamp ? 255 : cv::saturate_cast<uchar>(120 + 5 * sum);
       }
     }
     return image;
@@ -94,6 +96,29 @@ TEST_F(Stereo, DisparitiesAreNotDrawnToWholePixels) {
         MeasureByStereo(reference, {Partner({0.6 * shift, 0.8 * shift}, 1.0)}, {});
     EXPECT_NEAR(MedianRho(field), 1.0, 0.002) << shift;
   }
+}
+
+TEST_F(Stereo, SaturatedAreasAreMeasuredLessAccurately) {
+  const HeightField field =
+      MeasureByStereo(Reference(), {Partner({0, 40}, 1.1), Partner({0, 45}, 1.1)}, HeightField());
+  int in_lamp = 0;
+  std::vector<float> elsewhere;
+  for (std::size_t i = 0; i < field.cells.size(); ++i) {
+    const HeightCell& cell = field.cells[i];
+    if (cell.sigma >= kMeasuredSigma) continue;
+    const double off = field.Centre(i).cwiseAbs().maxCoeff();
+    if (off < kLampPx) {
+      ++in_lamp;
+      EXPECT_NEAR(cell.rho, 1.1, 0.06) << i;
+      EXPECT_GT(cell.sigma, 0.04) << i;
+    } else if (off > 2 * kLampPx) {
+      elsewhere.push_back(cell.sigma);
+    }
+  }
+  EXPECT_GT(in_lamp, 10);
+  ASSERT_GT(elsewhere.size(), 100U);
+  std::sort(elsewhere.begin(), elsewhere.end());
+  EXPECT_LT(elsewhere[elsewhere.size() / 2], 0.01);
 }
 
 TEST_F(Stereo, OfTwoPartnersTheMean) {
