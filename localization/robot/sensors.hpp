@@ -89,7 +89,9 @@ class Sensors {
   /// Measures tilt and heading of a frame, in parallel. @throws InputError as TiltEstimator.
   Frame Measure(const Image& up);
   /// Takes the frame that was started before, if any, and starts to measure this one in the
-  /// background. Feedback that came since the last call is used for this frame.
+  /// background. Feedback that came since the last call is used for this frame. The second frame of
+  /// a rolling shutter is measured at once: the first one is rectified with the velocity that it
+  /// shows.
   std::optional<Frame> Exchange(const Image& up);
   /// Takes the frame that was started last; nothing when there is none.
   std::optional<Frame> TakeLast();

@@ -45,7 +45,7 @@ void PreferLevel(const DepthFit& tilted, const DepthFit& level, PlaneFit& fit) {
                       part(level_quality, kTilted, kLevelIfWeak);
   const Eigen::Vector2d tilt(fit.motion.tilt_x, fit.motion.tilt_y);
   const double like = part(level_quality, kTiltedIfSound, kLevel);
-  // A larger tilt could not be like none.
+  // A level camera would not explain a larger tilt as well.
   const double most = kMaxUnseenRad / std::max(kMaxUnseenRad, tilt.norm());
   const Eigen::Vector2d doubted = std::max(weak, most * like) * tilt;
   fit.covariance.bottomRightCorner<2, 2>() += doubted * doubted.transpose();
