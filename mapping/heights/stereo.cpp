@@ -289,8 +289,8 @@ void FillCells(const cv::Mat& ratios, float common_sigma, HeightField& field) {
       const float middle = values[values.size() / 2];
       const float spread =
           values[values.size() - 1 - values.size() / 6] - values[values.size() / 6];
-      const float sigma = std::min(
-          kFilledSigma, std::hypot(common_sigma, sigmas[sigmas.size() / 2], 0.5F * spread));
+      const float pixels = std::min(kFilledSigma, sigmas[sigmas.size() / 2]);
+      const float sigma = std::hypot(common_sigma, pixels, 0.5F * spread);
       const auto cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(field.grid.width) +
                         static_cast<std::size_t>(col);
       field.cells[cell] = {middle, std::max(kMinSigma, sigma)};
