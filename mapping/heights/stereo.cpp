@@ -93,7 +93,8 @@ cv::Mat Warp(const cv::Mat& image, const cv::Matx23d& turn, cv::Size size) {
   return turned;
 }
 
-constexpr int kRefineBox = 7;  // pixels that determine a disparity
+constexpr int kRefineBox = 7;    // pixels that determine a disparity
+constexpr int kSixteenths = 16;  // of a pixel, the unit of semi-global matching
 
 /// Disparities of pixels and their standard deviations, CV_32FC1.
 struct Disparities {
@@ -157,6 +158,22 @@ Disparities Refine(const cv::Mat& left,
   return result;
 }
 
+/// The image with columns before it.
+cv::Mat WithMargin(const cv::Mat& image, int columns) {
+  cv::Mat wide;
+  cv::copyMakeBorder(image, wide, 0, 0, columns, 0, cv::BORDER_REPLICATE);
+  return wide;
+}
+
+/// 255 where a disparity was found that does not lead out of the image. @param sixteenths  CV_16S
+cv::Mat IsInside(const cv::Mat& sixteenths, int least) {
+  cv::Mat inside = sixteenths >= kSixteenths * least;
+  for (int u = 0; u < inside.cols; ++u) {
+    inside.col(u).setTo(0, sixteenths.col(u) > kSixteenths * u);
+  }
+  return inside;
+}
+
 /// rho of the reference's reduced pixels by one partner, and its standard deviation: CV_32FC2; 0:
 /// not found.
 /// @param principal  reduced pixel.
@@ -183,7 +200,6 @@ cv::Mat MatchPair(const cv::Mat& reference,
   constexpr int kPreFilter = 63;
   constexpr int kUniqueness = 10;  // per cent
   constexpr int kSpecklePixels = 60;
-  constexpr int kSixteenths = 16;
   const int least = static_cast<int>(std::floor(range.low * baseline));
   const int most = static_cast<int>(std::ceil(range.high * baseline));
   const int count = kSixteenths * ((most - least) / kSixteenths + 1);
@@ -198,9 +214,13 @@ cv::Mat MatchPair(const cv::Mat& reference,
                                               kSpecklePixels,
                                               1,
                                               cv::StereoSGBM::MODE_SGBM_3WAY);
+  // The matcher leaves out columns that do not show the largest disparity. Near things, as walls,
+  // make those many; each added column takes time.
+  const int margin = std::max(0, least + count - size.width / 3);
   cv::Mat sixteenths;
-  matcher->compute(left, right, sixteenths);
-  const cv::Mat found = sixteenths >= kSixteenths * least;
+  matcher->compute(WithMargin(left, margin), WithMargin(right, margin), sixteenths);
+  sixteenths = sixteenths.colRange(margin, sixteenths.cols);
+  const cv::Mat found = IsInside(sixteenths, least);
   cv::Mat disparities;
   sixteenths.convertTo(disparities, CV_32F, 1.0 / kSixteenths);
   Disparities refined = Refine(left, right, disparities, found);

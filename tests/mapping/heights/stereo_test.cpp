@@ -128,6 +128,17 @@ TEST_F(Stereo, OfTwoPartnersTheMean) {
   EXPECT_NEAR(MedianRho(field), 1.1, 0.002);
 }
 
+TEST_F(Stereo, NearThingsMayHaveLeftTheOtherImage) {
+  // Walls beside the robot, known by a fisheye lens: over this travel they move by more than the
+  // image is wide.
+  HeightField known;
+  known.cells.assign(50, {2.9F, 0.01F});
+  known.cells.resize(100, {1.0F, 0.01F});
+  const HeightField field =
+      MeasureByStereo(Reference(), {Partner({0, 85}, 1.1), Partner({0, 90}, 1.1)}, known);
+  EXPECT_NEAR(MedianRho(field), 1.1, 0.003);
+}
+
 TEST_F(Stereo, TwoPartnersThatDisagreeMeasureNothing) {
   const StereoReference reference = Reference();
   const HeightField field =
