@@ -19,6 +19,9 @@ namespace {
 // Part of the blocks that show something (Registrar::TexturedRatio). Rooms whose ceilings have
 // depth had 0.5 and more, mostly 0.8; plain stretches up to 0.36, and 0.65 towards their border.
 constexpr double kMinTextured = 0.6;
+// A motion within these of another is like it.
+constexpr double kLikePx = 8;
+constexpr double kLikeRad = 0.025;
 
 /// Where only the compass gives the orientation, the registration is first done without a prior. A
 /// single motion that fits is accepted; the compass is then taken to be disturbed.
@@ -136,8 +139,6 @@ bool Doubtful(const Registration& found,
   if (!found.ok()) return false;
   if (found.heights && !plane.ok() && !found.ShowsDepth()) return true;
   if (!found.heights && reference.spectrum.Heights() == nullptr) return false;
-  constexpr double kLikePx = 8;
-  constexpr double kLikeRad = 0.025;
   const double off_px =
       std::hypot(found.motion.tx_px - prior.motion.tx_px, found.motion.ty_px - prior.motion.ty_px);
   return off_px > kLikePx ||
@@ -159,6 +160,17 @@ bool Contradicts(const Registration& joint, const Registration& guess) {
   const Eigen::Matrix3d spread =
       joint.covariance.topLeftCorner<3, 3>() + guess.covariance.topLeftCorner<3, 3>();
   return joint.ok() && off.dot(spread.ldlt().solve(off)) > kSigmas * kSigmas;
+}
+
+/// Whether all blocks jointly have more evidence near `found` than for `joint`, which was searched
+/// near the predicted motion: a robot that stops turning is not where it is expected.
+bool HasMoreEvidence(const Registration& found,
+                     const Registration& joint,
+                     const RecentKeyframe& reference,
+                     const FrameSpectrum& spectrum,
+                     Registrar& registrar) {
+  const MotionPrior near{found.motion, kLikePx / 2, kLikeRad / 2};
+  return registrar.RegisterJointly(reference.spectrum, spectrum, near).peak > joint.peak;
 }
 
 /// Whether only what stays at its place in the image agrees, whatever the robot sees: the lens's
@@ -198,7 +210,11 @@ Registration MatchAnyTexture(const calib::CeilingView& view,
   // Of 16 such motions in a room of plain plaster the errors were 4 to 6 standard deviations RMS.
   constexpr double kFaintSigmas = 5;
   if (faint) found.covariance *= kFaintSigmas * kFaintSigmas;
-  if (doubtful) return Contradicts(joint, found) ? joint : found;
+  if (doubtful) {
+    const bool contradicts =
+        Contradicts(joint, found) && !HasMoreEvidence(found, joint, reference, spectrum, registrar);
+    return contradicts ? joint : found;
+  }
   return joint.verdict == Verdict::kNoMatch ? found : joint;
 }
 
