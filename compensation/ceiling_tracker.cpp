@@ -86,6 +86,15 @@ bool ShowsPlane(const PlaneFit& fit) {
   return fit.ok && fit.inliers >= kPlaneInlierRatio * fit.blocks;
 }
 
+/// Whether a plane is tilted that fits most blocks, but none as exactly as a plane does: two levels
+/// of a ceiling, of which a tilted plane lies within a pixel.
+bool LooksUneven(const PlaneFit& fit) {
+  constexpr double kExactPx = 0.15;
+  constexpr double kSigmas = 1.5;
+  return fit.sigma_px > kExactPx &&
+         std::hypot(fit.motion.tilt_x, fit.motion.tilt_y) > kSigmas * TiltSigma(fit);
+}
+
 /// The pose without its tilt: the pose of a level robot with the same foot and heading.
 Isometry3d Levelled(const Isometry3d& T) {
   return ToSpace(FromSpace(T).pose, {});
@@ -222,10 +231,13 @@ bool CeilingTracker::FindDepth(Frame& frame, const PlaneFit& plane) {
 }
 
 /// Things at several heights that are not recognized yet look like a tilt. Where a part of the
-/// blocks does not agree with the tilted plane, and a level camera explains about as many blocks as
-/// well, the robot is level, to within the tilt that was found.
+/// blocks does not agree with the tilted plane, or all do poorly, and a level camera explains about
+/// as many blocks as well, the robot is level, to within the tilt that was found.
 PlaneFit CeilingTracker::PreferLevel(const Frame& frame, const PlaneFit& tilted) {
   constexpr double kLevelQuality = 0.7;
+  // A true tilt that is larger than this, rad, leaves a level camera a fifth of the quality.
+  constexpr double kLargeRad = 8e-3;
+  constexpr double kLevelQualityLarge = 0.5;
   registration::PlaneFitParams params;
   params.fit_tilt = false;
   params.fit_height = false;
@@ -236,8 +248,9 @@ PlaneFit CeilingTracker::PreferLevel(const Frame& frame, const PlaneFit& tilted)
   const auto quality = [](const PlaneFit& fit) {
     return fit.inliers / (fit.sigma_px * fit.sigma_px);
   };
-  if (!level.ok || quality(level) < kLevelQuality * quality(tilted)) return tilted;
   const Eigen::Vector2d tilt(tilted.motion.tilt_x, tilted.motion.tilt_y);
+  const double needed = tilt.norm() > kLargeRad ? kLevelQualityLarge : kLevelQuality;
+  if (!level.ok || quality(level) < needed * quality(tilted)) return tilted;
   level.covariance = tilted.covariance;
   level.covariance.bottomRightCorner<2, 2>() += tilt * tilt.transpose();
   level.tilt_spread = tilted.tilt_spread + tilt * tilt.transpose();
@@ -278,8 +291,6 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
       PlanarTilt level = Predict(frame.stamp_s);
       level.tilt = {};
       fit = Fit(frame, ToMotion(level));
-    } else if (fit.ok) {
-      fit = PreferLevel(frame, fit);
     }
   }
   const bool sound = IsSound(fit, loss);
@@ -293,7 +304,11 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
     if (better) fit = found;
     if (!better && !sound) return std::nullopt;
   }
-  if (reference_.spectrum.Heights() != nullptr) LearnHeights(fit);
+  if (reference_.spectrum.Heights() != nullptr) {
+    LearnHeights(fit);
+  } else if (!ShowsPlane(fit) || LooksUneven(fit)) {
+    fit = PreferLevel(frame, fit);
+  }
   CeilingMotion motion = Describe(fit);
   const double smoothing =
       std::min(reference_.spectrum.SmoothingLoss(), frame.image.spectrum.SmoothingLoss());
