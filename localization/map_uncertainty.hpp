@@ -13,8 +13,9 @@ namespace ceilmap::localization {
 /// match with the map can show, because the map itself has this error.
 ///
 /// Computed from the map's edges (graph::GaugeFreeCovariances), and scaled up where the edges
-/// disagree more than their covariances imply (MapQuality::chi2_per_dof). Runs in a thread of its
-/// own, started by the constructor; 0.2 s for 2000 keyframes. Not thread-safe.
+/// disagree more than their covariances imply (MapQuality::chi2_per_dof). A ceiling with depth
+/// adds the uncertainty of the map's scale, which no edge shows, about the middle of the map. Runs
+/// in a thread of its own, started by the constructor; 0.2 s for 2000 keyframes. Not thread-safe.
 class MapUncertainty {
  public:
   /// @param map  Must outlive the object.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "localization/localizer.hpp"
+#include "localization/map_uncertainty.hpp"
 #include "tests/localization/depth_map.hpp"
 
 namespace ceilmap::localization {
@@ -51,6 +52,19 @@ TEST_F(DepthMapTest, PatchesShowWhatAHigherCameraSees) {
   const double at_borders = unlike(with_depth);
   EXPECT_LT(at_borders, 0.05);
   EXPECT_GT(unlike(plane), 1.8 * at_borders);
+}
+
+TEST_F(DepthMapTest, TheScaleIsUncertainAwayFromTheMiddle) {
+  MapUncertainty shape(*map_->map);
+  const Eigen::Vector2d from_middle(-2.4, -0.6);
+  const Eigen::Matrix2d corner = shape.At({0, 0, 0}).topLeftCorner<2, 2>();
+  const Eigen::Vector2d along = from_middle.normalized();
+  const Eigen::Vector2d across(-along.y(), along.x());
+  const double by_scale = 4e-6 * from_middle.squaredNorm();
+  EXPECT_GT(along.dot(corner * along), by_scale);
+  EXPECT_LT(along.dot(corner * along), 2 * by_scale);
+  EXPECT_LT(across.dot(corner * across), 0.5 * by_scale);
+  EXPECT_LT(shape.At({2.4, 0.6, 0}).topLeftCorner(2, 2).trace(), 0.5 * by_scale);
 }
 
 TEST_F(DepthMapTest, AStandingRobotIsFoundAtOnce) {
