@@ -201,16 +201,19 @@ Registration MatchAnyTexture(const calib::CeilingView& view,
   const bool by_compass_alone = expected && expected->by_compass_alone;
   const Registration plane = MatchPlane(reference, spectrum, prior, by_compass_alone, registrar);
   Registration found = MatchDepth(reference, spectrum, prior, plane, registrar);
-  if (!prior || by_compass_alone) return found;
-  const bool doubtful = Doubtful(found, plane, reference, *prior);
   const bool faint = found.ok() && IsFaint(found);
+  if (!prior || by_compass_alone) {
+    if (faint) found.verdict = Verdict::kAmbiguous;  // nothing tells where all blocks should agree
+    return found;
+  }
+  const bool doubtful = Doubtful(found, plane, reference, *prior);
   if (found.verdict != Verdict::kNoMatch && !doubtful && !faint) return found;
   Registration joint = MatchJointly(reference, spectrum, *prior, registrar);
   if (faint && joint.ok()) return joint;
   // Of 16 such motions in a room of plain plaster the errors were 4 to 6 standard deviations RMS.
   constexpr double kFaintSigmas = 5;
   if (faint) found.covariance *= kFaintSigmas * kFaintSigmas;
-  if (doubtful) {
+  if (doubtful && !faint) {
     const bool contradicts =
         Contradicts(joint, found) && !HasMoreEvidence(found, joint, reference, spectrum, registrar);
     return contradicts ? joint : found;
