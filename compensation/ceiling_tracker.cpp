@@ -235,7 +235,8 @@ bool CeilingTracker::FindDepth(Frame& frame, const PlaneFit& plane) {
 /// as many blocks as well, the robot is level, to within the tilt that was found.
 PlaneFit CeilingTracker::PreferLevel(const Frame& frame, const PlaneFit& tilted) {
   constexpr double kLevelQuality = 0.7;
-  // A true tilt that is larger than this, rad, leaves a level camera a fifth of the quality.
+  // A true tilt that is larger than this, rad, leaves a level camera less: at most 0.06 of the
+  // quality on two drives over debris, where one of 0.2 degrees left up to 0.21.
   constexpr double kLargeRad = 8e-3;
   constexpr double kLevelQualityLarge = 0.5;
   registration::PlaneFitParams params;
@@ -307,6 +308,7 @@ std::optional<CeilingMotion> CeilingTracker::Measure(Frame& frame) {
   if (reference_.spectrum.Heights() != nullptr) {
     LearnHeights(fit);
   } else if (!ShowsPlane(fit) || LooksUneven(fit)) {
+    // After all searches, which would take its doubt for a poor start.
     fit = PreferLevel(frame, fit);
   }
   CeilingMotion motion = Describe(fit);

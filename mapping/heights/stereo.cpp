@@ -167,9 +167,13 @@ cv::Mat WithMargin(const cv::Mat& image, int columns) {
 
 /// 255 where a disparity was found that does not lead out of the image. @param sixteenths  CV_16S
 cv::Mat IsInside(const cv::Mat& sixteenths, int least) {
-  cv::Mat inside = sixteenths >= kSixteenths * least;
-  for (int u = 0; u < inside.cols; ++u) {
-    inside.col(u).setTo(0, sixteenths.col(u) > kSixteenths * u);
+  cv::Mat inside(sixteenths.size(), CV_8UC1);
+  for (int v = 0; v < inside.rows; ++v) {
+    for (int u = 0; u < inside.cols; ++u) {
+      const int disparity = sixteenths.at<short>(v, u);
+      const bool is = disparity >= kSixteenths * least && disparity <= kSixteenths * u;
+      inside.at<uchar>(v, u) = is ? 255 : 0;
+    }
   }
   return inside;
 }
