@@ -32,6 +32,12 @@ constexpr double kScaleErrorPx = 0.4;
 
 constexpr double kNotKnown = 2;
 
+// Inverse height ratios between which unknown heights are swept, ...
+constexpr double kFarthest = 0.85;
+constexpr double kNearest = 1.6;
+// ... and the travel from which on they are, fine px.
+constexpr double kMinSweptTravelPx = 24;
+
 // Acceptance.
 constexpr int kMinMatchInliers = 12;
 constexpr double kMinMatchInlierRatio = 0.35;
@@ -144,6 +150,32 @@ DepthFit DepthStage::FitRough(const FrameSpectrum::Data& reference,
   return FitDepthMotion(rough_camera_, shifts, start, fit);
 }
 
+/// Measures blocks of which no height is known, anywhere along the line of travel: where the images
+/// are far apart, what hangs below the ceiling has moved further than a block is searched. Each is
+/// taken where it agrees best.
+void DepthStage::Sweep(const FrameSpectrum::Data& reference,
+                       const FrameSpectrum::Data& current,
+                       const PlaneMotion& motion,
+                       const std::vector<int>& chosen,
+                       std::vector<PlaneShift>& shifts) {
+  const double step = (2 * kSmallSearch - 1) / TravelPx(motion, fine_camera_);
+  std::vector<PlaneShift> best(static_cast<std::size_t>(small_.GridSize()));
+  for (double rho = kFarthest; rho < kNearest + step; rho += step) {
+    const std::vector<double> all(chosen.size(), rho);
+    small_.MeasurePlane(
+        reference.fine, current.fine, fine_camera_, motion, chosen, kSmallSearch, shifts, all);
+    for (const PlaneShift& shift : shifts) {
+      PlaneShift& kept = best[static_cast<std::size_t>(shift.index)];
+      if (kept.index < 0 || shift.block.peak > kept.block.peak) kept = shift;
+    }
+  }
+  shifts.clear();
+  for (const int block : chosen) {
+    const PlaneShift& kept = best[static_cast<std::size_t>(block)];
+    if (kept.index >= 0) shifts.push_back(kept);
+  }
+}
+
 /// Measures blocks where `known` predicts them, with its heights as the priors of a fit.
 void DepthStage::MeasureSmall(const FrameSpectrum::Data& reference,
                               const heights::HeightField& known,
@@ -167,6 +199,30 @@ void DepthStage::MeasureSmall(const FrameSpectrum::Data& reference,
   for (PlaneShift& shift : shifts) {
     shift.rho_sigma = known.cells[static_cast<std::size_t>(shift.index)].sigma;
   }
+}
+
+/// As MeasureSmall, and blocks whose height is not known wherever they agree best.
+void DepthStage::MeasureAnyHeight(const FrameSpectrum::Data& reference,
+                                  const heights::HeightField& known,
+                                  const FrameSpectrum::Data& other,
+                                  const PlaneMotion& motion,
+                                  const std::vector<int>& chosen,
+                                  std::vector<PlaneShift>& shifts) {
+  std::vector<int> measured = chosen;
+  std::vector<int> unmeasured;
+  if (IsFar(motion)) {
+    const auto first = std::stable_partition(measured.begin(), measured.end(), [&](int block) {
+      return known.cells[static_cast<std::size_t>(block)].sigma < heights::kMeasuredSigma;
+    });
+    unmeasured.assign(first, measured.end());
+    measured.erase(first, measured.end());
+  }
+  MeasureSmall(reference, known, other, motion, measured, shifts);
+  if (unmeasured.empty()) return;
+  std::vector<PlaneShift> swept;
+  Sweep(reference, other, motion, unmeasured, swept);
+  SetPriors(known, swept);
+  shifts.insert(shifts.end(), swept.begin(), swept.end());
 }
 
 /// Blocks are sampled where the last round found them, and judged by what was known before.
@@ -248,6 +304,19 @@ double DepthStage::ScaleToReference(const PlaneMotion& motion, heights::HeightFi
   return *rho;
 }
 
+/// Whether blocks may be further from where an unknown height puts them than they are searched.
+bool DepthStage::IsFar(const PlaneMotion& motion) const {
+  return TravelPx(motion, fine_camera_) > kMinSweptTravelPx;
+}
+
+/// Whether all blocks are swept, because nothing is known of the heights.
+bool DepthStage::IsSwept(const heights::HeightField& known, const PlaneMotion& motion) const {
+  const bool any = std::any_of(known.cells.begin(), known.cells.end(), [](const auto& cell) {
+    return cell.sigma < heights::kMeasuredSigma;
+  });
+  return !any && IsFar(motion);
+}
+
 bool DepthStage::FitSmall(const FrameSpectrum::Data& reference,
                           const heights::HeightField& known,
                           const FrameSpectrum::Data& current,
@@ -259,7 +328,11 @@ bool DepthStage::FitSmall(const FrameSpectrum::Data& reference,
     const int count = round == 0 && IsMostlyMeasured(known) ? kFirstMeasured : kMeasured;
     const auto chosen =
         small_.Select(reference.fine, current.fine, OnFine(small.fit.motion), count);
-    MeasureSmall(reference, small.field, current, small.fit.motion, chosen, small.shifts);
+    if (round == 0 && IsSwept(known, small.fit.motion)) {
+      Sweep(reference, current, small.fit.motion, chosen, small.shifts);
+    } else {
+      MeasureSmall(reference, small.field, current, small.fit.motion, chosen, small.shifts);
+    }
     SetPriors(known, small.shifts);
     if (!FitShifts(known, small.fit.motion, round == 0 ? 1.5 : 0.6, fit_tilt, small)) return false;
   }
@@ -297,6 +370,15 @@ bool DepthStage::EnoughAgree(const DepthFit& fit) {
   return fit.inliers >= kMinMatchInliers && fit.support > kMinMatchSupport;
 }
 
+/// Largest standard deviation of a displacement that is accepted, pixels of the full image. Where
+/// no height is known, the length of the travel is only known to a part of it.
+double DepthStage::MaxSigmaPx(const heights::HeightField& known, const PlaneMotion& motion) const {
+  constexpr double kMaxPart = 0.025;
+  const double by_image = kMaxMatchSigmaPx * std::max(1.0, fine_frame_.factor);
+  return IsSwept(known, motion) ? std::hypot(by_image, kMaxPart * TravelPx(motion, camera_))
+                                : by_image;
+}
+
 Registration DepthStage::Match(const FrameSpectrum::Data& reference,
                                const heights::HeightField& known,
                                const FrameSpectrum::Data& current,
@@ -326,7 +408,7 @@ Registration DepthStage::Match(const FrameSpectrum::Data& reference,
   stated.topLeftCorner<2, 2>() += field.scale_sigma * field.scale_sigma * t * t.transpose();
   result.covariance = OfImage(fit.motion, stated);
   if (EnoughAgree(fit) && fit.inliers >= kMinMatchInlierRatio * result.blocks &&
-      result.peak > kMinMatchPeak && sigma < kMaxMatchSigmaPx * std::max(1.0, fine_frame_.factor)) {
+      result.peak > kMinMatchPeak && sigma < MaxSigmaPx(known, fit.motion)) {
     result.verdict = Verdict::kOk;
     result.heights = std::make_shared<const heights::HeightField>(std::move(field));
   }
@@ -365,7 +447,7 @@ heights::HeightField DepthStage::Refined(const FrameSpectrum::Data& reference,
   const PlaneMotion plane = PlaneMotion::FromSimilarity(camera_, motion);
   const auto chosen = small_.Select(reference.fine, other.fine, OnFine(plane), small_.GridSize());
   std::vector<PlaneShift> shifts;
-  MeasureSmall(reference, known, other, plane, chosen, shifts);
+  MeasureAnyHeight(reference, known, other, plane, chosen, shifts);
   DepthFitParams params;
   params.start_sigma_px = 0.6;
   params.fit_motion = false;

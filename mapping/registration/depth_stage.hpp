@@ -96,6 +96,19 @@ class DepthStage {
            const PlaneMotion& start,
            bool fit_tilt,
            SmallFit& small);
+  void MeasureAnyHeight(const FrameSpectrum::Data& reference,
+                        const heights::HeightField& known,
+                        const FrameSpectrum::Data& other,
+                        const PlaneMotion& motion,
+                        const std::vector<int>& chosen,
+                        std::vector<PlaneShift>& shifts);
+  [[nodiscard]] bool IsFar(const PlaneMotion& motion) const;
+  [[nodiscard]] bool IsSwept(const heights::HeightField& known, const PlaneMotion& motion) const;
+  void Sweep(const FrameSpectrum::Data& reference,
+             const FrameSpectrum::Data& current,
+             const PlaneMotion& motion,
+             const std::vector<int>& chosen,
+             std::vector<PlaneShift>& shifts);
   void MeasureSmall(const FrameSpectrum::Data& reference,
                     const heights::HeightField& known,
                     const FrameSpectrum::Data& current,
@@ -111,6 +124,8 @@ class DepthStage {
   /// Of the motion of the image. @param covariance  DepthFit::covariance or spread.
   [[nodiscard]] Eigen::Matrix4d OfImage(const PlaneMotion& motion,
                                         const Eigen::Matrix<double, 6, 6>& covariance) const;
+  [[nodiscard]] double MaxSigmaPx(const heights::HeightField& known,
+                                  const PlaneMotion& motion) const;
   double ScaleToReference(const PlaneMotion& motion, heights::HeightField& field) const;
   [[nodiscard]] static bool EnoughAgree(const DepthFit& fit);
 

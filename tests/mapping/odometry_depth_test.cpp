@@ -1,46 +1,30 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
 #include "calib/base/degrees.hpp"
 #include "mapping/odometry.hpp"
-#include "tests/mapping/registration/synthetic_depth.hpp"
+#include "tests/mapping/odometry_depth_drive.hpp"
 
 namespace ceilmap::mapping {
 namespace {
 
-using registration::synthetic::MotionAt;
 using registration::synthetic::SyntheticDepth;
-
-/// The principal point is the centre of the image (SyntheticDepth); 5 mm per pixel of the plane.
-calib::CeilingView CentredView() {
-  calib::MountedCamera up;
-  up.camera = {640, 480, 440, 440, 319.5, 239.5, {}};
-  up.T_base_cam.linear() =
-      Eigen::AngleAxisd(90 * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  up.T_base_cam.translation() = Eigen::Vector3d(0, 0, 0.4);
-  return {up, 2.6};
-}
-
-OdometryParams ParamsOf(const calib::CeilingView& view) {
-  OdometryParams params;
-  params.registration.camera = registration::PlaneCameraOf(view);
-  return params;
-}
+using synthetic::CentredView;
+using synthetic::DepthImage;
+using synthetic::DepthParams;
 
 TEST(OdometryDepth, DrivesUnderACeilingWithTwoHeights) {
   const SyntheticDepth ceiling(1.35);
   const calib::CeilingView view = CentredView();
-  Odometry odometry(view, {}, ParamsOf(view));
+  Odometry odometry(view, {}, DepthParams(view));
   Pose2 truth;
   double largest = 0;
   int keyframes = 0;
   int with_heights = 0;
   for (int i = 0; i < 45; ++i) {
-    const cv::Mat image =
-        ceiling.Render(view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1);
+    const cv::Mat image = DepthImage(ceiling, view, truth, i);
     const OdometryStep step = odometry.Process(image, i, 0.1 * i);
     ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
     const Pose2 off = truth.Inverse() * step.pose.T_map_base;
@@ -59,13 +43,12 @@ TEST(OdometryDepth, LaterFramesCorrectTheScaleOfTheFirst) {
   // Most of the image hangs below the plane, so that the first frames follow the strips.
   const SyntheticDepth ceiling(1.35, 0.62);
   const calib::CeilingView view = CentredView();
-  Odometry odometry(view, {}, ParamsOf(view));
+  Odometry odometry(view, {}, DepthParams(view));
   std::vector<double> ratios;  // of the travelled distance to the true one
   double first_error = 0;
   for (int i = 0; i < 14; ++i) {
     const Pose2 truth{0.005 * i * i, 0, 0};
-    const cv::Mat image =
-        ceiling.Render(view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1);
+    const cv::Mat image = DepthImage(ceiling, view, truth, i);
     const OdometryStep step = odometry.Process(image, i, 0.1 * i);
     ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
     if (step.pose.keyframe_id != 0) break;
@@ -81,13 +64,10 @@ TEST(OdometryDepth, LaterFramesCorrectTheScaleOfTheFirst) {
 TEST(OdometryDepth, OnePlaneStaysOnePlane) {
   const SyntheticDepth ceiling(1.35, 0.0);
   const calib::CeilingView view = CentredView();
-  Odometry odometry(view, {}, ParamsOf(view));
+  Odometry odometry(view, {}, DepthParams(view));
   Pose2 truth;
   for (int i = 0; i < 12; ++i) {
-    const OdometryStep step = odometry.Process(
-        ceiling.Render(view.Size(), MotionAt(view, truth), 1, static_cast<std::uint32_t>(i) + 1),
-        i,
-        0.1 * i);
+    const OdometryStep step = odometry.Process(DepthImage(ceiling, view, truth, i), i, 0.1 * i);
     ASSERT_EQ(step.pose.status, graph::TrackingStatus::kTracking) << i;
     EXPECT_FALSE(step.registration.heights) << i;
     EXPECT_FALSE(step.new_keyframe && step.new_keyframe->heights) << i;

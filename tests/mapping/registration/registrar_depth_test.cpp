@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -190,6 +191,24 @@ TEST_F(RegistrarDepth, HeightsArePredictedForTheNextKeyframeAndRefined) {
   const HeightField refined = registrar_.RefineHeights(next, reference, found.motion.Inverse());
   EXPECT_GT(measured(refined), 1.2 * measured(*next.Heights()));
   EXPECT_GT(refined.DepthRatio(), 0.25);
+}
+
+// What the image before did not show, or too far away from the next one.
+TEST_F(RegistrarDepth, UnknownHeightsAreFoundInAnImageThatIsFarAway) {
+  FrameSpectrum reference = See({}, 1);
+  reference.SetHeights(std::make_shared<HeightField>(registrar_.EmptyHeights()));
+  const ImageMotion truth{5, 60, 0.05};
+  const HeightField refined = registrar_.RefineHeights(reference, See(truth, 2), truth);
+  int measured = 0;
+  int right = 0;
+  for (const heights::HeightCell& cell : refined.cells) {
+    if (cell.sigma > heights::kMeasuredSigma) continue;
+    ++measured;
+    const double nearest = std::min(std::abs(cell.rho - 1.0), std::abs(cell.rho - kNearRho));
+    right += nearest < 0.03 ? 1 : 0;
+  }
+  EXPECT_GT(measured, 0.6 * static_cast<double>(refined.cells.size()));
+  EXPECT_GT(right, 0.85 * measured);
 }
 
 }  // namespace
