@@ -16,7 +16,9 @@ namespace ceilmap::registration {
 
 /// Registration under a ceiling with depth: small blocks, each sampled where its height predicts
 /// it, and FitDepthMotion. A motion must be known to about 16 pixels; the heights of the reference
-/// may be unknown. Motions and heights in the interface are those of full pixels.
+/// may be unknown: where the plane moves more than a few block searches, blocks of unknown height
+/// are then swept along the line of travel (plane sweep), which takes some ten times as long.
+/// Motions and heights in the interface are those of full pixels.
 class DepthStage {
  public:
   DepthStage(cv::Size size, const RegistrarParams& params);
@@ -62,6 +64,7 @@ class DepthStage {
                                                const ImageMotion& motion) const;
 
  private:
+  static constexpr int kSmallSearch = 3;  // px, of a small block beside where it is expected
   /// A fit at full resolution.
   struct SmallFit {
     DepthFit fit;

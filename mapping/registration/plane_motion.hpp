@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -54,6 +55,10 @@ struct PlaneMotion {
   /// The inverse of FromSimilarity: what the motion does to the images of points in the plane when
   /// its tilts are left out.
   [[nodiscard]] ImageMotion ToSimilarity(const PlaneCamera& camera) const;
+  /// How far it displaces the plane apart from its rotation, pixels.
+  [[nodiscard]] double TravelPx(const PlaneCamera& camera) const {
+    return camera.focal_px * std::hypot(x, y);
+  }
 };
 
 /// Measurement of one block for a plane motion.
