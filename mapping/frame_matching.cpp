@@ -115,7 +115,9 @@ Registration MatchDepth(const RecentKeyframe& reference,
   if (spectrum.IsBlurredBeside(reference_loss) || loss > kMaxLoss) return plane;
   Registration deep = FirstWithDepth(reference, spectrum, *prior, plane, registrar);
   if (!deep.ShowsDepth() && (plane.ok() || !deep.IsBestGuess())) return plane;
-  // Until now the plane was that of most blocks, not the reference plane.
+  // Frames that this keyframe has placed know of no heights: the scale of these says nothing of
+  // them. Until now the plane was that of most blocks, not the reference plane.
+  deep.rescaled = 1;
   const auto travel = [](const Registration& r) {
     return std::hypot(r.motion.tx_px, r.motion.ty_px);
   };

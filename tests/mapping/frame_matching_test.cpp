@@ -61,5 +61,16 @@ TEST_F(FrameMatching, FindsTheReferencePlaneBetweenImagesThatAreFarApart) {
   }
 }
 
+// No plane explains the images, so nothing is known of the scale of the frames before.
+TEST_F(FrameMatching, FirstHeightsDoNotRescaleFramesThatNoPlanePlaced) {
+  constexpr double kNoise = 5;
+  const SyntheticDepth ceiling(1.35);
+  const RecentKeyframe keyframe = KeyframeUnder(ceiling, kNoise);
+  const registration::Registration found = Match(keyframe, ceiling, {0.2, 0.02, 0}, kNoise);
+  ASSERT_TRUE(found.ok());
+  ASSERT_TRUE(found.heights);
+  EXPECT_EQ(found.rescaled, 1);
+}
+
 }  // namespace
 }  // namespace ceilmap::mapping
