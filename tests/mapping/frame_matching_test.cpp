@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "tests/mapping/odometry_depth_drive.hpp"
+#include "tests/mapping/depth_drive.hpp"
 
 namespace ceilmap::mapping {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <memory>
 
-#include "calib/base/degrees.hpp"
 #include "mapping/planar_motion.hpp"
+#include "tests/mapping/depth_drive.hpp"
 
 namespace ceilmap::mapping {
 namespace {
@@ -15,15 +15,6 @@ constexpr double kBorder = 1.5;  // metres: the ceiling is the reference plane b
 constexpr float kNearer = 1.3F;  // ... and has this inverse height ratio behind it
 constexpr int kKeyframes = 11;
 constexpr double kStep = 0.3;
-
-calib::CeilingView View() {
-  calib::MountedCamera up;
-  up.camera = {640, 480, 440, 440, 319.5, 239.5, {}};
-  up.T_base_cam.linear() =
-      Eigen::AngleAxisd(90 * kRadPerDeg, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  up.T_base_cam.translation() = Eigen::Vector3d(0, 0, 0.4);
-  return {up, 2.6};
-}
 
 /// The heights that a keyframe at a pose sees, without errors.
 heights::HeightField Seen(const calib::CeilingView& view, const Pose2& T_map_base) {
@@ -69,7 +60,7 @@ graph::MapGraph DriftingDrive(const calib::CeilingView& view, double drift) {
 
 // The last keyframes see the nearer surface alone: their scale is that of those before.
 TEST(ConsistentScales, FollowWhatKeyframesHaveInCommon) {
-  const calib::CeilingView view = View();
+  const calib::CeilingView view = synthetic::CentredView();
   for (const double drift : {0.0, 0.008, -0.008}) {
     const auto factors = ConsistentScales(view, DriftingDrive(view, drift));
     ASSERT_EQ(factors.size(), static_cast<std::size_t>(kKeyframes));
@@ -81,7 +72,7 @@ TEST(ConsistentScales, FollowWhatKeyframesHaveInCommon) {
 
 // What moved while two images were taken can have any ratio.
 TEST(ConsistentScales, CellsBehindTheCameraDoNotCount) {
-  const calib::CeilingView view = View();
+  const calib::CeilingView view = synthetic::CentredView();
   graph::MapGraph graph = DriftingDrive(view, 0.008);
   for (const int i : {2, 3, 5, 8}) {
     heights::HeightField field = *graph.keyframes[static_cast<std::size_t>(i)].heights;
@@ -96,7 +87,7 @@ TEST(ConsistentScales, CellsBehindTheCameraDoNotCount) {
 }
 
 TEST(ConsistentScales, KeyframesWithoutHeightsHaveNone) {
-  const calib::CeilingView view = View();
+  const calib::CeilingView view = synthetic::CentredView();
   graph::MapGraph graph = DriftingDrive(view, 0);
   graph.keyframes[3].heights = nullptr;
   EXPECT_FALSE(ConsistentScales(view, graph).contains(3));

@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "mapping/mapper.hpp"
+#include "tests/mapping/depth_drive.hpp"
 #include "tests/mapping/map_files.hpp"
-#include "tests/mapping/odometry_depth_drive.hpp"
 
 namespace ceilmap::mapping {
 namespace {

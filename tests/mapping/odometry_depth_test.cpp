@@ -5,7 +5,7 @@
 
 #include "calib/base/degrees.hpp"
 #include "mapping/odometry.hpp"
-#include "tests/mapping/odometry_depth_drive.hpp"
+#include "tests/mapping/depth_drive.hpp"
 
 namespace ceilmap::mapping {
 namespace {
