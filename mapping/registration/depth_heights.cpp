@@ -101,6 +101,10 @@ void DepthStage::Absorb(const DepthFit& fit,
   const double travel = fit.motion.TravelPx(fine_camera_);
   if (travel < 1) return;
   const auto floor = static_cast<float>(std::hypot(kRhoFloor, kMatchFloorPx / travel));
+  // A block that does not agree was measured at a wrong place before, another surface of it
+  // matched, or something moved. Images that are far apart show the first: a wrong height is off by
+  // many pixels there, and is soon measured anew.
+  const float forget = IsFar(fit.motion) ? 3.0F : 1.3F;
   for (std::size_t i = 0; i < shifts.size(); ++i) {
     heights::HeightCell& cell = field.cells[static_cast<std::size_t>(shifts[i].index)];
     const BlockHeight& seen = fit.blocks[i];
@@ -111,9 +115,7 @@ void DepthStage::Absorb(const DepthFit& fit,
       cell.rho = static_cast<float>(seen.rho);
       cell.sigma = std::max(static_cast<float>(seen.sigma), std::min(cell.sigma, floor));
     } else {
-      // Another surface of the block matched, or something moved.
-      constexpr float kForget = 1.3F;
-      cell.sigma = std::min(heights::kUnknown.sigma, kForget * std::max(cell.sigma, floor));
+      cell.sigma = std::min(heights::kUnknown.sigma, forget * std::max(cell.sigma, floor));
     }
   }
 }
